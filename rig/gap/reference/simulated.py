@@ -6,20 +6,24 @@ from dataclasses import replace
 import numpy as np
 
 from rig.columns import rms
-from rig.conditions import MEASURED_REST, commanded_rest
+from rig.conditions import taken_rest
 from rig.errors import RigError
 from rig.gap.records.pairs import Pair, Pairing
 from rig.gap.records.usable import beyond_reach, check_reach, farther, is_held
+from rig.identify.records.rest import SEVERAL_MPA
 from rig.model.parameters import Model
 from rig.model.simulation import simulate
 from rig.record import Column
 
 
 def at_rest(model: Model, pairing: Pairing) -> Model:
-    """The model as it is asked about these records. Its P0 is that of its law of the mean pressure, and stays where
-    each record has its own; where they hold only the difference of their set-points, it is around the P0 of these."""
-    own = all(MEASURED_REST in pair.raw.facts or commanded_rest(pair.raw) is not None for pair in pairing.pairs)
-    return model if own else replace(model, p0_mpa=pairing.p0_mpa)
+    """The model as it is asked about these records. Its P0 is that of its law of the mean pressure, and stays where the
+    records hold set-points, or have P0s of their own and several; where they hold only their difference around one, it
+    is around that."""
+    commanded = all(pair.raw.p1_cmd_mpa is not None and pair.raw.p2_cmd_mpa is not None for pair in pairing.pairs)
+    rests = [taken_rest(pair.raw, pairing.p0_mpa) for pair in pairing.pairs]
+    several = max(rests) - min(rests) > SEVERAL_MPA
+    return model if commanded or several else replace(model, p0_mpa=pairing.p0_mpa)
 
 
 Modelled = tuple[Column | None, Column | None, Column]
