@@ -68,7 +68,7 @@ def usable(record: Record, notes: list[str], kind: str = "") -> bool:
         )
     elif np.ptp(record.angle_deg[np.isfinite(record.angle_deg)]) < STILL_DEG:
         notes.append(f"{where}: the angle never moves; broken sensor or stuck joint")
-    elif nothing_answers(record):
+    elif nothing_answers(record) and not kind:  # no earlier day on which nothing moved was a healthy one
         notes.append(
             f"{where}: neither the pressures nor the angle follow their command; is there air, and do the regulators "
             "get their set-points?"
@@ -149,10 +149,12 @@ def check_reach(said: Sequence[Column], measured: Sequence[Column], pressure_rat
 
 
 def is_held(said: Sequence[Column], measured: Sequence[Column]) -> bool:
-    """Whether the joint moves so much less than a model says (deg, (n,) a record) because something holds it: another
-    unit, or another rig, is one factor in all records at all times, and what holds a joint is not."""
-    farthest_deg = max(float(np.ptp(column)) for column in said)
-    if not STRANGE * max(float(np.ptp(column)) for column in measured) < farthest_deg < HALF_TURN_DEG:
+    """Whether the joint moves so much less than a model says (deg, (n,) a record), in most of the records, because
+    something holds it: another unit, or another rig, is one factor in all records at all times, and what holds a joint
+    is not. In a single record the model may have left its range."""
+    moves_deg = [float(np.ptp(column)) for column in said]
+    times = [moves / max(float(np.ptp(column)), 1e-9) for moves, column in zip(moves_deg, measured, strict=True)]
+    if np.median(times) <= STRANGE or max(moves_deg) >= HALF_TURN_DEG:
         return False
     together, own, other = np.zeros(2 * max(map(len, said))), 0.0, 0.0
     for one, two in zip(said, measured, strict=True):

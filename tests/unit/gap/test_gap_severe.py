@@ -12,7 +12,7 @@ from rig.errors import ModelError
 from rig.gap import diagnose
 from rig.gap.answer.result import Diagnosis
 from rig.gap.answer.words.sentences import headline
-from rig.gap.records.usable import check_reach, is_held
+from rig.gap.records.usable import check_reach, is_held, usable
 from rig.model.parameters import AddedEffect
 from rig.record import Record
 
@@ -114,3 +114,19 @@ def test_a_model_that_turns_farther_than_a_joint_has_left_its_range() -> None:
 
 def test_a_joint_that_moves_as_usual_is_not_held() -> None:
     assert not is_held([20.0 * np.sin(T)], [10.0 * np.cos(T)])
+
+
+def test_a_model_that_leaves_its_range_in_one_record_holds_no_joint() -> None:
+    noise = np.random.default_rng(2).standard_normal(len(T))
+    said, measured = [70.0 * noise / np.ptp(noise) * 2.0, 9.0 * np.sin(T), 8.0 * np.sin(2.0 * T)], [9.0 * np.sin(T)] * 3
+    assert not is_held(said, measured)
+    assert is_held([said[0]] * 3, measured)
+
+
+def test_a_day_on_which_nothing_moved_is_no_healthy_one() -> None:
+    notes: list[str] = []
+    (record, *_) = without_air(session(61))
+    assert usable(record, notes)
+    assert not usable(record, notes, "baseline ")
+    assert "is there air" in notes[0]
+    assert "broken sensor or loose joint" in notes[1]
