@@ -141,7 +141,7 @@ def check_reach(said: Sequence[Column], measured: Sequence[Column], pressure_rat
     that hardly fills is an effect."""
     ranges = [math.hypot(*(float(np.ptp(column)) for column in columns)) for columns in (said, measured)]
     times, usual = ranges[0] / max(ranges[1], 1e-9), max(pressure_ratio, 1.0)
-    if not 1.0 / STRANGE < times < usual * STRANGE and not is_held(said, measured):
+    if not 1.0 / STRANGE < times < usual * STRANGE:
         raise ModelError(
             f"the model moves {times:.3g} times as far as the rig: other units, or outside its range; "
             f"allowed without a baseline: {1.0 / STRANGE:.2g} .. {usual * STRANGE:.3g} times"

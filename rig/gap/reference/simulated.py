@@ -49,7 +49,8 @@ def followed(pairs: Sequence[Pair], said: Sequence[Modelled]) -> list[str]:
     rig, by how far it moves in those that it follows."""
     farthest_deg = max(float(np.ptp(pair.case.angle_deg)) for pair in pairs)
     ratios = [_farther(pair, one) for pair, one in zip(pairs, said, strict=True)]
-    if is_held([one[2] for one in said], [pair.case.angle_deg for pair in pairs]):
+    possible = min(map(_least_set_mpa, pairs)) >= 0.0
+    if possible and is_held([one[2] for one in said], [pair.case.angle_deg for pair in pairs]):
         return [""] * len(pairs)
     why = [
         beyond_reach(pair.name, one[2], farthest_deg, ratio)
@@ -61,8 +62,12 @@ def followed(pairs: Sequence[Pair], said: Sequence[Modelled]) -> list[str]:
 
 
 def _farther(pair: Pair, said: Modelled) -> float:
-    least_set_mpa = float(min(np.min(pair.u1_mpa), np.min(pair.u2_mpa)))
-    return farther(said[:2], (pair.case.p1_mpa, pair.case.p2_mpa), least_set_mpa)
+    return farther(said[:2], (pair.case.p1_mpa, pair.case.p2_mpa), _least_set_mpa(pair))
+
+
+def _least_set_mpa(pair: Pair) -> float:
+    """The lowest set-point; below 0 no regulator can be given it, so the command is in another unit."""
+    return float(min(np.min(pair.u1_mpa), np.min(pair.u2_mpa)))
 
 
 def misfit_deg(model: Model, pairs: Sequence[Pair], healthy: Sequence[Column]) -> float | None:

@@ -237,9 +237,9 @@ def test_of_two_causes_each_has_beside_it_what_looks_like_it() -> None:
 def test_of_two_causes_reasons_and_remedies_stand_behind_each_ones_name() -> None:
     said = answers(told(PLAY, LAG))
     assert said["Why:"].startswith("Play: a loose coupling")
-    assert ". Slower or quicker regulators: a low supply" in said["Why:"]
+    assert ". Slower or quicker regulators: later: a low supply" in said["Why:"]
     assert ". Slower or quicker regulators: the supply while" in said["Look at:"]
-    assert answers(told(LAG))["Why:"].startswith("a low supply")
+    assert answers(told(LAG))["Why:"].startswith("later: a low supply")
 
 
 def test_the_first_line_says_that_it_is_not_sure() -> None:
