@@ -7,7 +7,7 @@ import numpy as np
 from rig.gap.raw_tests.settings import BELOW_ZERO_MPA, CLEAR, DAYS_MEAN_MPA
 from rig.gap.raw_tests.signature import MONITOR, Signature
 from rig.gap.raw_tests.statistics import between_days, by_chance
-from rig.identify.records.monitors import dead_monitor, nothing_answers, unheard
+from rig.identify.records.monitors import broken_monitor, nothing_answers, unheard
 from rig.record import Record
 
 
@@ -43,14 +43,14 @@ def _wire(name: str, cases: Sequence[Record]) -> Signature:
     middles = [np.nanmedian(column) for column in columns if np.isfinite(column).any()]
     middle = float(np.median(middles)) if middles else 0.0
     below = "reads below zero" if middle < BELOW_ZERO_MPA else None
-    asked = [record for record in cases if not nothing_answers(record)]
-    trouble = next((said for record in asked if (said := unheard(record, name))), below)
+    unheard_in = ((record, said) for record in cases if (said := unheard(record, name)))
+    trouble = next((said for record, said in unheard_in if not nothing_answers(record)), below)
     state = f"{trouble} (a broken wire?)" if trouble else "is alive"
     return Signature(f"{MONITOR} {name}", None, bool(trouble), middle, 0.0, "MPa", f"the monitor of {name} {state}")
 
 
 def _heard(record: Record) -> bool:
-    return record.has_pressures and (dead_monitor(record) is None or nothing_answers(record))
+    return record.has_pressures and broken_monitor(record) is None
 
 
 def _mean_mpa(records: Sequence[Record]) -> float:

@@ -18,7 +18,7 @@ from rig.gap.records.partners import Match, Partner, find_partner, named_session
 from rig.gap.records.rest import at_rests, rest_pressure, say_shift
 from rig.gap.records.settings import CLIPPED, CLIPPED_OVER_NEXT
 from rig.gap.records.usable import check_direction, check_scale, hole, reasons, runs_against, usable
-from rig.identify.records.monitors import dead_monitor, nothing_answers
+from rig.identify.records.monitors import broken_monitor
 from rig.record import Column, Record
 
 __all__ = ["Pair", "Pairing", "Session", "pair_up"]
@@ -198,8 +198,7 @@ def _say_lonely(matches: Sequence[Match], notes: list[str]) -> None:
 
 def _all_have_pressures(records: Sequence[Record], others: Mapping[int, Sequence[Record]], notes: list[str]) -> bool:
     """Pressures count only when case and baselines have both; a monitor that sees nothing is no monitor."""
-    asked = [record for record in records if not nothing_answers(record)]
-    silent = next((f"{record.name}: {said}" for record in asked if (said := dead_monitor(record))), None)
+    silent = next((f"{record.name}: {said}" for record in records if (said := broken_monitor(record))), None)
     if silent and all(record.has_pressures for record in records):
         notes.append(f"{silent}; broken wire? the angle alone is used")
         return False

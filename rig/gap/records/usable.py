@@ -68,13 +68,13 @@ def usable(record: Record, notes: list[str], kind: str = "") -> bool:
         )
     elif np.ptp(record.angle_deg[np.isfinite(record.angle_deg)]) < STILL_DEG:
         notes.append(f"{where}: the angle never moves; broken sensor or stuck joint")
-    elif nothing_answers(record) and not kind:  # no earlier day on which nothing moved was a healthy one
-        notes.append(
-            f"{where}: neither the pressures nor the angle follow their command; is there air, and do the regulators "
-            "get their set-points?"
-        )
-        return True
     elif not follows(record, record.angle_deg, record.dp_cmd_mpa):
+        if nothing_answers(record) and not kind:  # no earlier day on which nothing moved was a healthy one
+            notes.append(
+                f"{where}: neither the pressures nor the angle follow their command; is there air, and do the "
+                "regulators get their set-points?"
+            )
+            return True
         notes.append(
             f"{where}: the angle does not follow its command at any lag up to {LONGEST_LAG_S:g} s; broken sensor or "
             "loose joint?"

@@ -34,6 +34,12 @@ def dead_monitor(record: Record) -> str | None:
     return dead or ("the monitors of p1 and p2 read the same pressure" if _read_one(record) else None)
 
 
+def broken_monitor(record: Record) -> str | None:
+    """`dead_monitor`, but None where the joint stands as still as the monitors say."""
+    dead = dead_monitor(record)
+    return None if dead and nothing_answers(record) else dead
+
+
 def nothing_answers(record: Record) -> bool:
     """Neither both measured pressures nor the angle follow the command: the regulators stand still, and their monitors
     say so rightly."""
