@@ -98,10 +98,12 @@ def what_next(
 ) -> Experiment | None:
     """The experiment that tells most of what a diagnosis leaves open: at the amplitudes and rest pressures of its
     records, within what the rig allows (`room`; careful bounds where that is not known), by the `simulator` too."""
+    rivals = hypotheses_of(posteriors)
+    if not rivals:  # what the rig repeats need not be found out for nothing
+        return None
     room, settings = room_within(expected.tracks, room or Room()), settings or fitted()
     lasted_s = sum(len(pair) * pair.dt_s for pair in expected.pairs)
-    rig, rivals = known_rig(expected), hypotheses_of(posteriors)
-    return next_experiment(rivals, rig, room, settings, seconds, simulator, lasted_s)
+    return next_experiment(rivals, known_rig(expected), room, settings, seconds, simulator, lasted_s)
 
 
 def next_experiment(

@@ -52,10 +52,11 @@ def _known_rest(record: Record) -> float | None:
 def say_shift(records: Sequence[Record], partners: Sequence[Record], p0_mpa: float, notes: list[str]) -> bool:
     """Whether nobody says P0 and the measured one lies elsewhere than the earlier days', or without them than the
     model's; a note where it does."""
+    if any(commanded_rest(record) is not None for record in records):
+        return False
     taken = [float(rest) for record in records if (rest := record.facts.get(MEASURED_REST)) is not None]
     mine, theirs = measured_rests(records), measured_rests(partners) if partners else taken or [p0_mpa]
-    said = any(commanded_rest(record) is not None for record in records)
-    if said or not mine or not theirs or abs(np.median(mine) - np.median(theirs)) <= SHIFTED_MPA:
+    if not mine or not theirs or abs(np.median(mine) - np.median(theirs)) <= SHIFTED_MPA:
         return False
     usual = "in the baselines" if partners else "in the model"
     notes.append(
