@@ -184,6 +184,6 @@ def _with_unknown(fit: Fit, log_odds: float) -> float:
 
 def _log_odds_beside(fit: Fit) -> float:
     scene, factor, lines, prior = fit.scene, fit.scene.factor, fit.scene.factor.lines, fit.scene.prior
-    moved, left = lines.of(fit.change), lines.of(factor.gap - fit.change)
+    moved = lines.of(fit.change)
     rough = with_law(factor.healthy, lines, moved, fit.effect.roughness(prior, fit.law), prior)
-    return log_unknown(scene, rough, left) + prior.log_beside - fit.log_law
+    return log_unknown(scene, rough, factor.gap_lines - moved) + prior.log_beside - fit.log_law
