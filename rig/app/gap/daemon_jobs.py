@@ -37,7 +37,7 @@ def check_free(status: Status) -> None:
 
 
 def taken(daemon: Client, sweep: Path, since: int, out: Path) -> None:
-    """The records of this sweep's newest job since that one, copied into the new folder `out` once it is over;
+    """The records of this sweep's newest job since that one, copied into the empty folder `out` once it is over;
     CheckFailed when they are not all valid, Interrupted by Ctrl-C, which leaves the job to the daemon."""
     try:
         status = daemon.wait()
@@ -50,7 +50,7 @@ def taken(daemon: Client, sweep: Path, since: int, out: Path) -> None:
         fault = status["fault"]
         why = job["error"] or (f"{fault['name']}: {fault['cause']}" if fault else f"{job['not_valid']} not valid")
         raise CheckFailed(f"job {job['id']} {job['name']}: {job['state']}: {why}")
-    out.mkdir()
+    out.mkdir(exist_ok=True)
     for file in _files_of(job):
         with writing(out / file.name, Kind.RECORDING) as part:
             shutil.copy2(file, part)

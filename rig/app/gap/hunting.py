@@ -6,6 +6,7 @@ from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property
 from hashlib import sha256
+from itertools import chain, count
 from pathlib import Path
 
 from rig.app import shipped
@@ -243,15 +244,24 @@ def _recorded(so_far: Hunt, options: HuntOptions) -> Hunt:
     """The hunt with the records of its last step; what an earlier try left stays in a folder of its own.
     CheckFailed when they are not all valid."""
     number = len(so_far.steps)
-    tries = sum(1 for place in so_far.folder.glob(f"step_{number}_records*"))
-    folder = f"step_{number}_records" + (f"_again{tries}" if tries else "")
-    if options.daemon is not None:
-        so_far = _by_daemon(options.daemon, so_far, options, folder)
-    else:
-        _here(options, so_far.folder / so_far.steps[-1].sweep, so_far.folder / folder, number)
+    folder = _unused(so_far.folder, f"step_{number}_records")
+    try:
+        if options.daemon is not None:
+            so_far = _by_daemon(options.daemon, so_far, options, folder)
+        else:
+            _here(options, so_far.folder / so_far.steps[-1].sweep, so_far.folder / folder, number)
+    finally:
+        with suppress(OSError):  # a folder with anything in it cannot be removed so
+            (so_far.folder / folder).rmdir()
     so_far = so_far.with_last(replace(so_far.steps[-1], records=folder))
     so_far.save()
     return so_far
+
+
+def _unused(place: Path, name: str) -> str:
+    """That name, or the first one like it, under which nothing lies in a folder."""
+    names = chain([name], (f"{name}_again{number}" for number in count(1)))
+    return next(one for one in names if not any(place.glob(f"{one}/*")))
 
 
 def _here(options: HuntOptions, sweep: Path, out: Path, number: int) -> None:

@@ -158,3 +158,16 @@ def test_a_disk_without_room_loses_nothing(begun_hunt: Path, tmp_path: Path) -> 
     assert "Traceback" not in done.stderr
     kept = json.loads(done.stderr[done.stderr.index("{") :])
     assert {name for name, _ in kept["steps"][0]["set"]} == {"delay", "valve_lag"}
+
+
+def test_a_rig_that_does_not_open_leaves_no_empty_folders_however_often_it_is_asked(tmp_path: Path) -> None:
+    """An earlier try that was killed leaves one as well."""
+    folder = tmp_path / "hunt"
+    asked = options(folder)
+    (main,) = asked.rig.devices
+    main = replace(main, settings={**main.settings, "model": "none.yaml"})
+    (folder / "step_1_records").mkdir(parents=True)
+    for _ in range(2):
+        with pytest.raises(RigError):
+            hunt(replace(asked, rig=replace(asked.rig, devices=(main,))))
+        assert not list(folder.glob("step_1_records*"))
