@@ -8,15 +8,15 @@ import numpy as np
 from rig.gap.raw_tests.levels import angles_of, filled, level_beside_deg
 from rig.gap.raw_tests.settings import (
     COARSER,
-    LATTICE_STEPS,
+    FINE_STEPS_APART,
+    LEAST_APART,
     LEAST_GAP,
-    LEAST_LATTICE,
     LEAST_STEP_DEG,
-    OFF_LATTICE,
-    ON_LATTICE,
+    OFF_WHOLE,
     STEP_DIGITS,
     STEP_OVER_NOISE,
     UNEVEN,
+    WHOLE_STEPS,
 )
 from rig.gap.raw_tests.signature import Signature
 from rig.gap.raw_tests.statistics import about
@@ -66,22 +66,22 @@ def step_deg(angles: Sequence[Column]) -> tuple[float, float]:
     return float(np.median(steps)), float(np.std(steps) / np.sqrt(len(steps)))
 
 
-def lattice_deg(angles: Sequence[Column]) -> float:
+def fine_step_deg(angles: Sequence[Column]) -> float:
     """The step (deg) of a converter so fine that too few values come twice for `step_deg`: where the values that lie
     nearest to each other are whole steps apart. 0 where they are not, as without a converter."""
-    steps = [_lattice(column[np.isfinite(column)]) for column in angles]
+    steps = [_fine_step(column[np.isfinite(column)]) for column in angles]
     shown = [step for step in steps if step > 0.0]
     return float(np.median(shown)) if len(shown) > 0.5 * len(steps) else 0.0
 
 
-def _lattice(angle: Column) -> float:
+def _fine_step(angle: Column) -> float:
     gaps = np.diff(np.unique(np.round(angle, STEP_DIGITS)))
     if not len(gaps):
         return 0.0
     least = float(gaps.min())
-    near = gaps[gaps < (LATTICE_STEPS + 0.5) * least] / least
+    near = gaps[gaps < (FINE_STEPS_APART + 0.5) * least] / least
     apart = np.round(near)
-    if len(near) < LEAST_LATTICE or np.mean(np.abs(near - apart) < OFF_LATTICE) < ON_LATTICE:
+    if len(near) < LEAST_APART or np.mean(np.abs(near - apart) < OFF_WHOLE) < WHOLE_STEPS:
         return 0.0
     return least * float(np.sum(near) / np.sum(apart))
 

@@ -11,7 +11,7 @@ from rig.gap.raw_tests.dropouts import ANGLE, dropouts
 from rig.gap.raw_tests.levels import angles_of, level_deg, once
 from rig.gap.raw_tests.monitors import mean_pressure, wires
 from rig.gap.raw_tests.noise import noise
-from rig.gap.raw_tests.quantisation import lattice_deg, quantisation_step
+from rig.gap.raw_tests.quantisation import fine_step_deg, quantisation_step
 from rig.gap.raw_tests.repeats import repeated_samples
 from rig.gap.raw_tests.signature import Signature
 from rig.gap.raw_tests.spectral_lines import fast_spectra, mains_line, spurious_tone
@@ -28,7 +28,7 @@ def read_signatures(pairs: Sequence[Pair], described_noise_deg: float | None = N
     level_of = once(level_deg)
     step = quantisation_step(cases, sessions, described_noise_deg)
     coarsest = max(step.value, step.baseline)
-    dealt_on = coarsest or lattice_deg(angles_of(cases))
+    dealt_on = coarsest or fine_step_deg(angles_of(cases))
     repeats = repeated_samples(cases, sessions, dealt_on, not step.found, level_of)
     fast, usual = fast_spectra(cases), [fast_spectra(session) for session in sessions]
     lines = [mains_line(fast, usual), spurious_tone(fast, usual)]

@@ -23,10 +23,10 @@ COARSER = 1.6
 uneven codes count."""
 LEAST_STEP_DEG = 1e-3
 """Below, a step is how the file was written."""
-LATTICE_STEPS = 4
+FINE_STEPS_APART = 4
 """Values up to so many steps apart are looked at for a converter that is too fine for its values to come twice. More:
 what a file rounds adds up."""
-LEAST_LATTICE, ON_LATTICE, OFF_LATTICE = 20, 0.9, 0.15
+LEAST_APART, WHOLE_STEPS, OFF_WHOLE = 20, 0.9, 0.15
 """So many of them there must be, and this share of them whole steps apart, up to this share of a step. Without a
 converter some 5 are, 0.3 of them so."""
 STEP_OVER_NOISE = 6.0

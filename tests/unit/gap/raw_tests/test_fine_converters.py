@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from rig.gap.raw_tests.quantisation import lattice_deg, step_deg
+from rig.gap.raw_tests.quantisation import fine_step_deg, step_deg
 from rig.gap.raw_tests.read import read_signatures
 from rig.gap.records.pairs import pair_up
 from rig.record import Column, Record
@@ -44,11 +44,11 @@ def test_chance_is_told_from_loss_without_an_earlier_day(lost: float, found: boo
 def test_the_step_of_a_fine_converter_is_read_from_its_nearest_values() -> None:
     angles = [angle(k) for k in range(3)]
     assert step_deg(angles)[0] == 0.0, "too many values for the usual way"
-    assert lattice_deg(angles) == pytest.approx(STEP_DEG, rel=1e-3)
+    assert fine_step_deg(angles) == pytest.approx(STEP_DEG, rel=1e-3)
     written = [np.round(each, 3) for each in angles]
-    assert lattice_deg(written) == pytest.approx(STEP_DEG, rel=0.1), "as a file with three decimals has it"
+    assert fine_step_deg(written) == pytest.approx(STEP_DEG, rel=0.1), "as a file with three decimals has it"
 
 
 def test_a_sensor_without_a_converter_has_no_step() -> None:
     noise = [each + np.random.default_rng(9).normal(0.0, 0.01, ROWS) for each in map(angle, range(3))]
-    assert lattice_deg(noise) == 0.0
+    assert fine_step_deg(noise) == 0.0
