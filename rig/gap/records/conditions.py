@@ -6,8 +6,8 @@ What only one of two records says is not compared.
 from dataclasses import dataclass
 
 from rig.conditions import commanded_rest, conditions, stated, word_of
-from rig.gap.records.settings import CONDITION_LIMITS, SHIFTED_MPA
-from rig.identify.records.rest import measured_rest
+from rig.gap.records.settings import CONDITION_LIMITS
+from rig.identify.records.rest import SHIFTED_MPA, measured_rest
 from rig.record import Record
 
 

@@ -1,6 +1,6 @@
 """A record and its partners on one regular grid, smoothed: aligned in phase, whole periods, at the case's own input."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -54,6 +54,8 @@ class Pair:
     """What fell in each baseline's."""
     numbers: tuple[int, ...] = ()
     """Of the baseline sessions, counted from 1 as they were given."""
+    other_input: bool = False
+    """The baselines' input is not exactly the case's: they are what they would have been at that."""
 
     def __len__(self) -> int:
         return len(self.t_s)
@@ -69,12 +71,12 @@ def on_grid(
     partners: Sequence[Partner],
     p0_mpa: float,
     pressures: bool,
-    fallen: Mapping[int, tuple[Dropouts, ...]],
+    fallen: Sequence[tuple[Dropouts, ...]],
     notes: list[str],
 ) -> Pair:
     """The record and its partners on one grid, smoothed, cut to whole periods where the command is periodic.
 
-    `fallen` holds what fell in each record, by its identity; what has to be said goes into the notes.
+    `fallen` holds what fell in the record, and then in each partner's; what has to be said goes into the notes.
     """
     start_s = float(record.t_s[0])
     theirs = [
@@ -100,8 +102,6 @@ def on_grid(
         _at_own_input(_cut(session, len(t)), _input(each, start_s, t), mine, dt * stride)
         for (session, _), each in zip(found, (record, *others), strict=True)
     ]
-    if any(differs(mine, _input(other, start_s, t)) for other in others):
-        notes.append(f"{record.name}: its input is not exactly the baselines'; they are taken at its own")
     u1, u2 = _commands(record, t, p0_mpa)
     case, *sessions = _through_holes(runs, holes, (u1, u2))
     used = (~(np.any(holes, axis=0) | unsettled(read, theirs, t + start_s))).astype(float)
@@ -109,8 +109,8 @@ def on_grid(
     used[-edge:] = 0.0
     return Pair(
         record.name, dt * stride, t, u1, u2, case, tuple(sessions), used, record, others, read.t_s,
-        fallen.get(id(read), ()), tuple(fallen.get(id(partner.record), ()) for partner in partners),
-        tuple(partner.session for partner in partners),
+        fallen[0], tuple(fallen[1:]), tuple(partner.session for partner in partners),
+        any(differs(mine, _input(other, start_s, t)) for other in others),
     )  # fmt: skip
 
 

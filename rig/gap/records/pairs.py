@@ -46,6 +46,18 @@ class Pairing:
         return replace(self, notes=(*self.notes, *lines))
 
 
+@dataclass(frozen=True)
+class _Beside:
+    """A record of the case with what pairs with it, of each session one."""
+
+    record: Record
+    partners: tuple[Partner, ...]
+
+    @property
+    def others(self) -> list[Record]:
+        return [partner.record for partner in self.partners]
+
+
 def pair_up(
     records: Sequence[Record], baselines: Sequence[Sequence[Record]], p0_mpa: float, *, pressures: bool = True
 ) -> Pairing:
@@ -62,26 +74,25 @@ def pair_up(
         raise RecordError(reasons(notes))
     sessions = _sessions(baselines, fit, notes, fallen)
     _say_repeated(fit[0], sessions, notes)
-    looked = {id(record): [find_partner(record, session, k) for k, session in sessions.items()] for record in fit}
-    matches = [match for record in fit for _, match in looked[id(record)]]
+    looked = [[find_partner(record, session, k) for k, session in sessions.items()] for record in fit]
+    matches = [match for each in looked for _, match in each]
     require_partners(matches, len(sessions))
     _say_lonely(matches, notes)
-    found = {key: [partner for partner, _ in each] for key, each in looked.items()}
-    kept, unpaired = _fullest(fit, found, matches, notes)
-    partners = {id(record): [partner for partner in found[id(record)] if partner is not None] for record in kept}
-    others = {key: [partner.record for partner in mine] for key, mine in partners.items()}
-    for record in kept:
-        check_scale(record, others[id(record)])
-        told = [hole(record), *(hole(other, "baseline ") for other in others[id(record)])]
+    kept, unpaired = _fullest(fit, [[partner for partner, _ in each] for each in looked], matches, notes)
+    for one in kept:
+        check_scale(one.record, one.others)
+        told = [hole(one.record), *(hole(other, "baseline ") for other in one.others)]
         notes.extend(text for text in told if text)
-    p0 = rest_pressure(kept, p0_mpa, bool(sessions))
-    placed = at_rests(kept, others, p0_mpa, notes)
-    elsewhere = say_shift(placed, [other for record in kept for other in others[id(record)]], p0_mpa, notes)
-    pressed = pressures and _all_have_pressures(kept, others, notes)
-    for record, at_rest in zip(kept, placed, strict=True):
-        partners[id(at_rest)] = partners[id(record)]
-        fallen[id(at_rest)] = fallen.get(id(record), ())
-    pairs = [on_grid(record, partners[id(record)], p0, pressed, fallen, notes) for record in placed]
+    case, days = [one.record for one in kept], [other for one in kept for other in one.others]
+    p0 = rest_pressure(case, p0_mpa, bool(sessions))
+    placed = at_rests(case, [one.others for one in kept], p0_mpa, notes)
+    elsewhere = say_shift(placed, days, p0_mpa, notes)
+    pressed = pressures and _all_have_pressures(case, days, notes)
+    pairs = [
+        on_grid(record, one.partners, p0, pressed, [fallen[id(each)] for each in (one.record, *one.others)], notes)
+        for record, one in zip(placed, kept, strict=True)
+    ]
+    _say_other_input(pairs, notes)
     _check_directions(pairs)
     clipped = _clipped(pairs, notes)
     return Pairing(pairs, pressed, len(pairs[0].sessions), p0, tuple(notes), unpaired, clipped, matches, elsewhere)
@@ -160,31 +171,29 @@ def _say_repeated(record: Record, sessions: Mapping[int, Sequence[Record]], note
 
 
 def _fullest(
-    records: Sequence[Record], found: dict[int, list[Partner | None]], matches: Sequence[Match], notes: list[str]
-) -> tuple[list[Record], list[str]]:
-    """Records that pair with every session that pairs with anything; other sessions are dropped, and so are records
-    without a partner. Where no record pairs with all of them, each keeps its first one: together they stand for one
-    earlier day."""
-    count = len(found[id(records[0])])
-    fits = [any(found[id(record)][k] is not None for record in records) for k in range(count)]
-    for record in records:
-        found[id(record)] = [partner for partner, fit in zip(found[id(record)], fits, strict=True) if fit]
-    if not any(fits):
-        return list(records), []
-    paired = [record for record in records if all(partner is not None for partner in found[id(record)])]
-    together = bool(paired)
-    if not together:
-        paired = [record for record in records if any(partner is not None for partner in found[id(record)])]
-    kept = {id(record) for record in paired}
-    unpaired = [record.name for record in records if id(record) not in kept]
+    records: Sequence[Record], found: Sequence[Sequence[Partner | None]], matches: Sequence[Match], notes: list[str]
+) -> tuple[list[_Beside], list[str]]:
+    """Records that pair with every session that pairs with anything (`found`: of each record, session by session), and
+    the names of the others. Other sessions are dropped, and so are records without a partner. Where no record pairs
+    with all of them, each keeps its first one: together they stand for one earlier day."""
+    pairing = [any(partner is not None for partner in session) for session in zip(*found, strict=True)]
+    if not any(pairing):
+        return [_Beside(record, ()) for record in records], []
+    sessions = sum(pairing)
+    known = [tuple(partner for partner in each if partner is not None) for each in found]
+    together = any(len(partners) == sessions for partners in known)
+    least = sessions if together else 1
+    unpaired = [record.name for record, partners in zip(records, known, strict=True) if len(partners) < least]
     why = {match.record: match.why for match in matches if match.partner is None}
     notes.extend(f"{name}: no baseline of this sweep ({why.get(name, '')}); left out" for name in unpaired)
-    for record in paired:
-        known: list[Partner | None] = [partner for partner in found[id(record)] if partner is not None]
-        found[id(record)] = known if together else known[:1]
     if not together:
         notes.append("the baseline sessions hold different sweeps: together they count as one earlier day")
-    return paired, unpaired
+    kept = [
+        _Beside(record, partners[:least])
+        for record, partners in zip(records, known, strict=True)
+        if len(partners) >= least
+    ]
+    return kept, unpaired
 
 
 def _say_lonely(matches: Sequence[Match], notes: list[str]) -> None:
@@ -196,13 +205,12 @@ def _say_lonely(matches: Sequence[Match], notes: list[str]) -> None:
             notes.append(f"baseline session {number} pairs with no record; nearest: {nearest.record}: {nearest.why}")
 
 
-def _all_have_pressures(records: Sequence[Record], others: Mapping[int, Sequence[Record]], notes: list[str]) -> bool:
+def _all_have_pressures(records: Sequence[Record], days: Sequence[Record], notes: list[str]) -> bool:
     """Pressures count only when case and baselines have both; a monitor that sees nothing is no monitor."""
     silent = next((f"{record.name}: {said}" for record in records if (said := broken_monitor(record))), None)
     if silent and all(record.has_pressures for record in records):
         notes.append(f"{silent}; broken wire? the angle alone is used")
         return False
-    days = [other for record in records for other in others[id(record)]]
     without = ((record, where) for where, some in (("the case", records), ("the baselines", days)) for record in some)
     lacking, where = next(((record, where) for record, where in without if not record.has_pressures), (None, ""))
     if lacking is None:
@@ -214,6 +222,18 @@ def _all_have_pressures(records: Sequence[Record], others: Mapping[int, Sequence
             f"({lacking.name}): the angle alone is used"
         )
     return False
+
+
+def _say_other_input(pairs: Sequence[Pair], notes: list[str]) -> None:
+    """The records whose baselines were taken at another input than their own, in one line: a jittered clock does that
+    to every one."""
+    names = [pair.name for pair in pairs if pair.other_input]
+    if len(names) == 1:
+        notes.append(f"{names[0]}: its input is not exactly the baselines'; they are taken at its own")
+    elif names:
+        notes.append(
+            f"{len(names)} of {len(pairs)} records: their input is not exactly the baselines'; those are taken at it"
+        )
 
 
 def _clipped(pairs: Sequence[Pair], notes: list[str]) -> bool:

@@ -1,12 +1,12 @@
 """The rest pressure P0 of records: commanded, or measured where nobody says."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
 from rig.conditions import MEASURED_REST, commanded_rest
-from rig.gap.records.settings import LEAST_REST_MPA, SHIFTED_MPA
-from rig.identify.records.rest import measured_rest, said_of, taken_for, unsaid_rests
+from rig.gap.records.settings import LEAST_REST_MPA
+from rig.identify.records.rest import SHIFTED_MPA, measured_rest, said_of, taken_for, unsaid_rests
 from rig.record import Record
 
 
@@ -22,10 +22,10 @@ def rest_pressure(records: Sequence[Record], p0_mpa: float, days: bool) -> float
 
 
 def at_rests(
-    records: Sequence[Record], others: Mapping[int, Sequence[Record]], p0_mpa: float, notes: list[str]
+    records: Sequence[Record], others: Sequence[Sequence[Record]], p0_mpa: float, notes: list[str]
 ) -> list[Record]:
     """The records; where they lie around several P0s and do not say so, each is taken to be commanded around that of
-    its partners (by the record's identity). Without partners the one nearest to the model's is at it, the others as far
+    its partners (`others`: of each record). Without partners the one nearest to the model's is at it, the others as far
     from there as measured: what moves them all alike is left to be found; a note says so."""
     rests = unsaid_rests(records)
     if not rests:
@@ -34,11 +34,11 @@ def at_rests(
     off = nearest - p0_mpa if abs(nearest - p0_mpa) <= SHIFTED_MPA else 0.0
 
     def taken(k: int, record: Record) -> Record:
-        theirs = [rest for other in others[id(record)] if (rest := _known_rest(other)) is not None]
+        theirs = [rest for other in others[k] if (rest := _known_rest(other)) is not None]
         return taken_for(record, float(np.median(theirs)) if theirs else rests[k] - off)
 
     found = [taken(k, record) if k in rests else record for k, record in enumerate(records)]
-    alone = [found[k] for k in rests if not others[id(records[k])]]
+    alone = [found[k] for k in rests if not others[k]]
     notes.extend([said_of(alone)] if alone else [])
     return found
 

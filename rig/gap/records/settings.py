@@ -149,9 +149,6 @@ CONDITION_LIMITS = {"p0": (0.01, 0.0), "load": (0.0, 0.05), "tension": (0.0, 0.0
 """What a record's condition may differ by and still be the same: name -> (in its unit, as a share of the larger). P0 in
 MPa: what the set-point of a regulator differs by between days; temperature in K; load and tension as a share: a weight
 is weighed to a few percent."""
-SHIFTED_MPA = 0.03
-"""A measured P0 that lies this far from the baselines' is another commanded P0, or a shift of both pressures, MPa:
-three times what regulators and monitors differ by between days."""
 LEAST_KEPT = 0.5
 """Share of the records that must be of a sweep that a fingerprint keeps to be compared with that, the others left out.
 Fewer: all are compared with what its response model expects, which knows every sweep, and none as well."""

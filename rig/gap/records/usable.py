@@ -177,13 +177,10 @@ def beyond_reach(name: str, said: Column, farthest_deg: float, pressure_ratio: f
     )
 
 
-def farther(
-    said: tuple[Column | None, Column | None], measured: tuple[Column | None, Column | None], least_set_mpa: float
-) -> float:
-    """How many times as far as the measured ones the pressures (n,) of a model move apart; 1 where either has none, and
-    where a set-point is below 0: no regulator can be given that, so it is in another unit."""
+def farther(said: tuple[Column | None, Column | None], measured: tuple[Column | None, Column | None]) -> float:
+    """How many times as far as the measured ones the pressures (n,) of a model move apart; 1 where either has none."""
     (p1, p2), (own1, own2) = said, measured
-    if p1 is None or p2 is None or own1 is None or own2 is None or least_set_mpa < 0.0:
+    if p1 is None or p2 is None or own1 is None or own2 is None:
         return 1.0
     return float(np.ptp(p1 - p2) / max(np.nanmax(own1 - own2) - np.nanmin(own1 - own2), STILL_MPA))
 

@@ -10,7 +10,7 @@ from rig.conditions import taken_rest
 from rig.errors import RigError
 from rig.gap.records.pairs import Pair, Pairing
 from rig.gap.records.usable import beyond_reach, check_reach, farther, is_held
-from rig.identify.records.rest import SEVERAL_MPA
+from rig.identify.records.rest import SHIFTED_MPA
 from rig.model.parameters import Model
 from rig.model.simulation import simulate
 from rig.record import Column
@@ -22,7 +22,7 @@ def at_rest(model: Model, pairing: Pairing) -> Model:
     is around that."""
     commanded = all(pair.raw.p1_cmd_mpa is not None and pair.raw.p2_cmd_mpa is not None for pair in pairing.pairs)
     rests = [taken_rest(pair.raw, pairing.p0_mpa) for pair in pairing.pairs]
-    several = max(rests) - min(rests) > SEVERAL_MPA
+    several = max(rests) - min(rests) > SHIFTED_MPA
     return model if commanded or several else replace(model, p0_mpa=pairing.p0_mpa)
 
 
@@ -48,9 +48,12 @@ def followed(pairs: Sequence[Pair], said: Sequence[Modelled]) -> list[str]:
     """Why the model follows each of the records not at all, empty where it does. ModelError when it must be of another
     rig, by how far it moves in those that it follows."""
     farthest_deg = max(float(np.ptp(pair.case.angle_deg)) for pair in pairs)
-    ratios = [_farther(pair, one) for pair, one in zip(pairs, said, strict=True)]
-    possible = min(map(_least_set_mpa, pairs)) >= 0.0
-    if possible and is_held([one[2] for one in said], [pair.case.angle_deg for pair in pairs]):
+    given = [_can_be_given(pair) for pair in pairs]
+    ratios = [
+        farther(one[:2], (pair.case.p1_mpa, pair.case.p2_mpa)) if known else 1.0
+        for pair, one, known in zip(pairs, said, given, strict=True)
+    ]
+    if all(given) and is_held([one[2] for one in said], [pair.case.angle_deg for pair in pairs]):
         return [""] * len(pairs)
     why = [
         beyond_reach(pair.name, one[2], farthest_deg, ratio)
@@ -61,13 +64,10 @@ def followed(pairs: Sequence[Pair], said: Sequence[Modelled]) -> list[str]:
     return why
 
 
-def _farther(pair: Pair, said: Modelled) -> float:
-    return farther(said[:2], (pair.case.p1_mpa, pair.case.p2_mpa), _least_set_mpa(pair))
-
-
-def _least_set_mpa(pair: Pair) -> float:
-    """The lowest set-point; below 0 no regulator can be given it, so the command is in another unit."""
-    return float(min(np.min(pair.u1_mpa), np.min(pair.u2_mpa)))
+def _can_be_given(pair: Pair) -> bool:
+    """Whether a regulator can be given its set-points; below 0 none can, so the command is in another unit, and how far
+    pressures move under it says nothing."""
+    return float(min(np.min(pair.u1_mpa), np.min(pair.u2_mpa))) >= 0.0
 
 
 def misfit_deg(model: Model, pairs: Sequence[Pair], healthy: Sequence[Column]) -> float | None:

@@ -10,9 +10,10 @@ from rig.conditions import MEASURED_REST, commanded_rest
 from rig.identify.records.monitors import dead_monitor
 from rig.record import Record
 
-SEVERAL_MPA: Final = 0.03
-"""Measured P0s of one day that lie this far apart were commanded, MPa: three times what regulators and monitors differ
-by; laboratories set P0 in steps of 50 kPa. Less: a fault of one record is taken for another P0."""
+SHIFTED_MPA: Final = 0.03
+"""Measured P0s that lie this far apart are two P0s, MPa: three times what regulators and monitors differ by between
+days; laboratories set P0 in steps of 50 kPa. Within a day they were commanded; between days, or beside a model, both
+pressures may be shifted. Less: a fault of one record is taken for another P0."""
 _STEP_DIGITS: Final = 2
 """P0 is set in whole 10 kPa."""
 
@@ -32,7 +33,7 @@ def unsaid_rests(records: Sequence[Record]) -> dict[int, float]:
         for k, record in enumerate(records)
         if record.channels.has_valves and commanded_rest(record) is None and (rest := measured_rest(record)) is not None
     }
-    return found if found and max(found.values()) - min(found.values()) > SEVERAL_MPA else {}
+    return found if found and max(found.values()) - min(found.values()) > SHIFTED_MPA else {}
 
 
 def taken_for(record: Record, rest_mpa: float) -> Record:

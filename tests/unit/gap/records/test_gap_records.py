@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from rig.conditions import MEASURED_REST
 from rig.errors import ModelError, RecordError
 from rig.gap.records.alignment import align
 from rig.gap.records.conditions import difference
@@ -247,9 +248,8 @@ def test_a_rig_whose_pressures_hardly_move_moves_less_and_is_no_other_rig(moved:
     """A joint that moves an eighth as far as the model says: under pressures that move as far, and under less."""
     said, angle = (0.2 + 0.1 * np.sin(T), 0.2 - 0.1 * np.sin(T)), 40.0 * np.sin(T)
     own = tuple(0.2 + moved * (column - 0.2) for column in said)
-    ratio = farther(said, (own[0], own[1]), 0.1)
-    assert farther(said, (None, own[1]), 0.1) == 1.0
-    assert farther(said, (own[0], own[1]), -0.1) == 1.0, "set-points in another unit"
+    ratio = farther(said, (own[0], own[1]))
+    assert farther(said, (None, own[1])) == 1.0
     if not refused:
         check_reach([angle], [angle / 8.0], ratio)
         return
@@ -340,3 +340,26 @@ def test_rows_that_were_cut_out_change_nothing_beside_a_day_that_has_them(second
     assert [note for note in pairing.notes if "without samples from 4 s on" in note]
     gap = (pair.case.angle_deg - pair.sessions[0].angle_deg / 1.001) * pair.used
     assert float(np.max(np.abs(gap))) < 0.03, "of 10 deg, at its edges"
+
+
+@pytest.mark.parametrize(("jittered", "said"), [
+    (1, ["sine_0.3: its input is not exactly the baselines'; they are taken at its own"]),
+    (3, ["3 of 3 records: their input is not exactly the baselines'; those are taken at it"]),
+])  # fmt: skip
+def test_that_a_jittered_clock_makes_other_inputs_is_said_once(jittered: int, said: list[str]) -> None:
+    draw, sweeps = np.random.default_rng(3), [record(f"sine_{hertz}", hertz) for hertz in (0.3, 0.5, 0.8)]
+    stamps = np.sort(T + draw.uniform(-0.04, 0.04, len(T)))
+    case = [replace(one, t_s=stamps) if k < jittered else one for k, one in enumerate(sweeps)]
+    days = [[replace(one, angle_deg=1.001 * np.asarray(one.angle_deg)) for one in sweeps]]
+    assert [note for note in pair_up(case, days, 0.2).notes if "input is not" in note] == said
+
+
+def test_falls_stay_with_their_record_where_p0_is_read_from_the_pressures() -> None:
+    """Records around several P0s are taken anew with what was read."""
+    case = [replace(at_rest(mpa), name=f"at_{mpa}") for mpa in (0.15, 0.2, 0.25)]
+    angle = np.asarray(case[1].angle_deg) + 5.0
+    angle[200::200] = 0.0
+    case[1] = replace(case[1], angle_deg=angle)
+    pairs = pair_up(case, [], 0.2).pairs
+    assert [pair.raw.facts[MEASURED_REST] for pair in pairs] == pytest.approx([0.15, 0.2, 0.25])
+    assert [sum(int(one.fallen.sum()) for one in pair.dropouts) for pair in pairs] == [0, 9, 0]
