@@ -82,7 +82,7 @@ def _retuned(said: Mapping[str, Any], row: Row) -> bool:
 
 
 def _interval(gap: Mapping[str, Any]) -> tuple[float, float] | None:
-    """The explained fraction's interval by the stated rms that is left, lower end first. None without one (a mark in
+    """The explained fraction's interval by the stated rms that is left, lower end first. None without one (a finding in
     the raw samples has no course to add), or without a gap."""
     low, high = gap.get("after_low_deg"), gap.get("after_high_deg")
     span = gap["rms_deg"] ** 2 - gap["floor_deg"] ** 2 if low is not None else 0.0

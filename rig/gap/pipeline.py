@@ -82,7 +82,7 @@ class Question:
 def answer(question: Question) -> tuple[Diagnosis, Grounds]:
     """The diagnosis with what it rests on. RecordError and ModelError when there is nothing to compare with."""
     settings = question.settings
-    marks, expected, posteriors = weigh(question)
+    signatures, expected, posteriors = weigh(question)
     simulator = None if question.model is None else at_rest(question.model, expected.pairing)
     missed = None if simulator is None or not question.kind.by_days else _misfit_deg(simulator, expected)
     if missed is not None and (strange := _of_another_rig(missed, expected)):
@@ -98,7 +98,7 @@ def answer(question: Question) -> tuple[Diagnosis, Grounds]:
 
     retuning = None if refit is None else refit.retuning
     findings = Findings(
-        expected, simulator, posteriors, marks, retuning, settings, missed, bool(question.withheld), question.room
+        expected, simulator, posteriors, signatures, retuning, settings, missed, bool(question.withheld), question.room
     )
     return tell(findings, after), grounds
 
@@ -108,14 +108,14 @@ def weigh(question: Question) -> tuple[list[Signature], Expected, tuple[Posterio
     RecordError and ModelError as `answer`."""
     effects = chosen(question.library)
     pairing = _paired(question, question.records, question.days)
-    marks = _named_only(read_signatures(pairing.pairs, _described_noise_deg(question)), effects)
-    if any(mark.found and mark.effect == "lost_samples" for mark in marks):
+    signatures = _named_only(read_signatures(pairing.pairs, _described_noise_deg(question)), effects)
+    if any(signature.found and signature.effect == "lost_samples" for signature in signatures):
         pairing = _bridged(question, pairing)
     expected = expect(question.kind, question.sister, question.model, pairing)
-    marked_deg2 = sum(mark.smoothed_deg2 for mark in marks if mark.found)
+    marked_deg2 = sum(signature.smoothed_deg2 for signature in signatures if signature.found)
     expected = replace(expected, marked_deg2=marked_deg2, known_hz=question.known_hz)
     fitting = [effect for effect in effects if not effect.signature]
-    return marks, *_judged(question, expected, fitting, question.settings)
+    return signatures, *_judged(question, expected, fitting, question.settings)
 
 
 def _described_noise_deg(question: Question) -> float | None:
@@ -229,10 +229,13 @@ def _paired(question: Question, records: Sequence[Record], days: Sequence[Sequen
     return pairing
 
 
-def _named_only(marks: Sequence[Signature], effects: Sequence[Effect]) -> list[Signature]:
-    """The marks; those whose effect the library at hand does not hold stay without a name."""
+def _named_only(signatures: Sequence[Signature], effects: Sequence[Effect]) -> list[Signature]:
+    """The signatures; those whose effect the library at hand does not hold stay without a name."""
     known = {effect.name for effect in effects}
-    return [mark if mark.effect is None or mark.effect in known else replace(mark, effect=None) for mark in marks]
+    return [
+        signature if signature.effect is None or signature.effect in known else replace(signature, effect=None)
+        for signature in signatures
+    ]
 
 
 def _bridged(question: Question, pairing: Pairing) -> Pairing:

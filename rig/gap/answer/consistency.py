@@ -10,11 +10,11 @@ from itertools import pairwise
 from typing import Any
 
 from rig.gap.answer.facts import RAW
+from rig.gap.hypotheses.library import UNKNOWN
+from rig.gap.hypotheses.scenes import PRESSURES
 
 SAME = 1.001
 """Values closer than this are the same number."""
-AHEAD = "pressures"
-"""Judged on them: the angle's gap need not close, theirs must."""
 TAKEN_BACK = ("less sure", "do not use", "is wrong")
 """Words of notes that take back a name."""
 SURE = 0.9
@@ -23,8 +23,8 @@ SURE = 0.9
 def contradictions(diagnosis: Mapping[str, Any]) -> list[str]:
     """Every way in which a diagnosis (its JSON) contradicts itself, a line each; none when it does not."""
     causes = list(diagnosis["causes"])
-    named = [cause for cause in causes if cause["effect"] != "unknown"]
-    unknown = [cause for cause in causes if cause["effect"] == "unknown"]
+    named = [cause for cause in causes if cause["effect"] != UNKNOWN]
+    unknown = [cause for cause in causes if cause["effect"] == UNKNOWN]
     return [
         *_verdict(diagnosis["verdict"], named, unknown),
         *_closing(diagnosis, named),
@@ -50,7 +50,8 @@ def _closing(diagnosis: Mapping[str, Any], named: Sequence[Any]) -> list[str]:
         if cause["judged_on"] not in RAW and not cause["explained_fraction"] > 0.0
     ]
     gap = diagnosis["gap"]
-    on_angle = [cause for cause in named if cause["judged_on"] not in (*RAW, AHEAD)]
+    # of what was judged on the pressures, theirs must close and the angle's gap need not
+    on_angle = [cause for cause in named if cause["judged_on"] not in (*RAW, PRESSURES)]
     if named and gap["after_deg"] > SAME * gap["rms_deg"]:
         said.append(
             f"{diagnosis['verdict']}, and the simulator gets worse: {gap['rms_deg']:.3g} to {gap['after_deg']:.3g} deg"
@@ -66,8 +67,8 @@ def _floor(diagnosis: Mapping[str, Any]) -> list[str]:
     if diagnosis["verdict"] == "none" or gap["rms_deg"] > gap["floor_deg"]:
         return []
     sides = list(evidence.get("factors", {}).values())
-    marks = [mark for mark in evidence.get("signatures", []) if mark.get("found")]
-    if any(side["found"] for side in sides) or marks:
+    signatures = [signature for signature in evidence.get("signatures", []) if signature.get("found")]
+    if any(side["found"] for side in sides) or signatures:
         return []
     size, usual = f"{gap['rms_deg']:.3g} deg", f"{gap['floor_deg']:.3g} deg"
     return [f"{diagnosis['verdict']} at a gap of {size}, below the usual {usual}, by no other measure"]
@@ -76,17 +77,17 @@ def _floor(diagnosis: Mapping[str, Any]) -> list[str]:
 def _order(causes: Sequence[Any]) -> list[str]:
     """Named ones first, those of the smoothed records by what they leave; `where` follows the first."""
     names = [cause["effect"] for cause in causes]
-    said = ["an unknown stands before a named effect"] if "unknown" in names and any(
-        name != "unknown" for name in names[names.index("unknown") :]
+    said = ["an unknown stands before a named effect"] if UNKNOWN in names and any(
+        name != UNKNOWN for name in names[names.index(UNKNOWN) :]
     ) else []  # fmt: skip
-    judged = [cause for cause in causes if cause["effect"] != "unknown" and cause["judged_on"] not in RAW]
+    judged = [cause for cause in causes if cause["effect"] != UNKNOWN and cause["judged_on"] not in RAW]
     for first, second in pairwise(judged):
         if (
             first["gap_after_deg"] > SAME * second["gap_after_deg"]
             and first["explained_fraction"] < second["explained_fraction"]
         ):
             said.append(f"{first['effect']} stands before {second['effect']} and explains less")
-    doubled = {name for name in names if name != "unknown" and names.count(name) > 1}
+    doubled = {name for name in names if name != UNKNOWN and names.count(name) > 1}
     return [*said, *(f"{name} is named twice" for name in sorted(doubled))]
 
 

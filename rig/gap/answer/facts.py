@@ -244,7 +244,7 @@ class Evidence:
     def to_json(self) -> dict[str, Any]:
         plain: dict[str, Any] = {
             "factors": {name: judged.to_json() for name, judged in self.factors.items()},
-            "signatures": [mark.to_json() for mark in self.signatures],
+            "signatures": [signature.to_json() for signature in self.signatures],
             "records": [asdict(one) for one in self.records],
             "sessions": self.sessions,
             "pressures_used": self.pressures_used,

@@ -27,7 +27,7 @@ class Findings:
     expected: Expected
     simulator: Model | None
     posteriors: tuple[Posterior, ...]
-    marks: list[Signature]
+    signatures: list[Signature]
     retuning: Retuning | None
     settings: Fitted
     misfit_deg: float | None = None
@@ -73,7 +73,7 @@ def evidence_of(findings: Findings, gaps: Sequence[Column], far: HowFar, added: 
     after = [float(np.sqrt(value)) for value in far.per_record_deg2] if added else before
     return Evidence(
         factors={_judged_on(posterior): _judged(posterior) for posterior in findings.posteriors},
-        signatures=findings.marks,
+        signatures=findings.signatures,
         records=[RecordGap(pair.name, one, other) for pair, one, other in zip(pairs, before, after, strict=True)],
         sessions=len(pairs[0].sessions),
         pressures_used=findings.expected.driven,

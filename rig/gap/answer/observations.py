@@ -19,43 +19,44 @@ from rig.gap.response.propagate import Applied
 from rig.model.effect_stages import EFFECT_STAGES
 
 LEAST_SHARE = 0.05
-"""Share of the raw records' mean-square gap from which on a mark explains some of it. Less: small steps and hums are
-named beside any cause; more: a real second cause in the samples is told as a remark."""
+"""Share of the raw records' mean-square gap from which on a signature explains some of it. Less: small steps and hums
+are named beside any cause; more: a real second cause in the samples is told as a remark."""
 
 TAKEN_OUT = ("sensor_dropout", "lost_samples")
 """Effects whose samples are taken out of the records, and bridged, before anything is compared."""
 
 
 @dataclass(frozen=True)
-class Marks:
-    """The marks that were found, told apart."""
+class ToldApart:
+    """The signatures that were found, told apart."""
 
     causes: list[Cause]
     observations: list[Observation]
 
 
-def told_apart(marks: Sequence[Signature], expected: Expected, gap_deg: float, else_found: bool) -> Marks:
-    """Which marks are causes. `gap_deg`: rms of the smoothed records' gap; `else_found`: whether that shows anything.
+def told_apart(signatures: Sequence[Signature], expected: Expected, gap_deg: float, else_found: bool) -> ToldApart:
+    """Which signatures are causes. `gap_deg`: rms of the smoothed records' gap; `else_found`: whether that shows
+    anything.
 
-    Beside the raw samples of an earlier day a mark that stands alone is what has changed; without them it must make up
-    some of the gap.
+    Beside the raw samples of an earlier day a signature that stands alone is what has changed; without them it must
+    make up some of the gap.
     """
     causes, observations = [], []
     compared = any(pair.raw_baselines for pair in expected.pairs)
-    for mark in (one for one in marks if one.found):
-        before = _raw_gap_deg(mark, expected, gap_deg)
-        share = float(np.clip(mark.variance_deg2 / max(before**2, 1e-12), 0.0, 1.0))
+    for signature in (one for one in signatures if one.found):
+        before = _raw_gap_deg(signature, expected, gap_deg)
+        share = float(np.clip(signature.variance_deg2 / max(before**2, 1e-12), 0.0, 1.0))
         alone = compared and not else_found
-        if mark.effect is not None and (alone or share >= LEAST_SHARE):
-            causes.append(_cause(mark, mark.effect, before, share))
-        elif mark.effect is not None or mark.variance_deg2 == 0.0:
-            observations.append(_observation(mark, share))
-    return Marks(sorted(causes, key=lambda cause: cause.gap_after_deg), observations)
+        if signature.effect is not None and (alone or share >= LEAST_SHARE):
+            causes.append(_cause(signature, signature.effect, before, share))
+        elif signature.effect is not None or signature.variance_deg2 == 0.0:
+            observations.append(_observation(signature, share))
+    return ToldApart(sorted(causes, key=lambda cause: cause.gap_after_deg), observations)
 
 
-def _raw_gap_deg(mark: Signature, expected: Expected, gap_deg: float) -> float:
+def _raw_gap_deg(signature: Signature, expected: Expected, gap_deg: float) -> float:
     """Rms of the unsmoothed angle's gap, fallen samples included; without an earlier day the smoothed one's with the
-    mark."""
+    signature."""
     raw = [
         np.interp(pair.raw.t_s, other.t_s[known], other.angle_deg[known]) - pair.raw.angle_deg
         for pair in expected.pairs
@@ -64,31 +65,31 @@ def _raw_gap_deg(mark: Signature, expected: Expected, gap_deg: float) -> float:
         for known in (np.isfinite(other.angle_deg),)
     ]
     if not raw:
-        return float(np.hypot(gap_deg, np.sqrt(mark.variance_deg2)))
-    bridged = mark.variance_deg2 if mark.effect in TAKEN_OUT else 0.0
+        return float(np.hypot(gap_deg, np.sqrt(signature.variance_deg2)))
+    bridged = signature.variance_deg2 if signature.effect in TAKEN_OUT else 0.0
     return float(np.sqrt(np.nanmean(np.concatenate(raw) ** 2) + bridged))
 
 
-def _cause(mark: Signature, effect: str, before: float, share: float) -> Cause:
+def _cause(signature: Signature, effect: str, before: float, share: float) -> Cause:
     return Cause(
         effect,
         LIBRARY[effect].stage,
         SIGNATURE,
-        Applied(effect, mark.numbers),
-        _numbers(mark, effect),
+        Applied(effect, signature.numbers),
+        _numbers(signature, effect),
         before,
         before * float(np.sqrt(1.0 - share)),
         max(share, 1e-6),
         (),
-        mark.confidence,
+        signature.confidence,
     )
 
 
-def _numbers(mark: Signature, effect: str) -> dict[str, Interval]:
+def _numbers(signature: Signature, effect: str) -> dict[str, Interval]:
     units = {number.name: number.unit for number in EFFECT_STAGES[effect].numbers}
-    return {name: Interval(size.value, size.low, size.high, units[name]) for name, size in mark.sizes.items()}
+    return {name: Interval(size.value, size.low, size.high, units[name]) for name, size in signature.sizes.items()}
 
 
-def _observation(mark: Signature, share: float) -> Observation:
-    numbers = {} if mark.effect is None else _numbers(mark, mark.effect)
-    return Observation(mark.test, mark.effect, mark.text, numbers, mark.confidence, share)
+def _observation(signature: Signature, share: float) -> Observation:
+    numbers = {} if signature.effect is None else _numbers(signature, signature.effect)
+    return Observation(signature.test, signature.effect, signature.text, numbers, signature.confidence, share)

@@ -44,11 +44,10 @@ def tell(findings: Findings, after: Callable[[Sequence[tuple[str, Fit]]], HowFar
     added = bool(kept) and far.after_deg <= before
     left = far.after_deg if added else before
     unknowns, small = _unknown_beside(findings, kept, before, left, floor)
-    found = told_apart(findings.marks, findings.expected, before, bool(kept or unknowns))
-    marks = found.causes
-    causes = [*_causes(findings, kept, before, far, added), *marks, *unknowns]
+    in_samples = told_apart(findings.signatures, findings.expected, before, bool(kept or unknowns))
+    raw = in_samples.causes
     strange = Cause(UNKNOWN, "sensor", RAW_DATA, None, {}, before, before, 0.0, (), EITHER_CHANCE)
-    causes += [strange for _ in _strange(findings)]
+    causes = [*_causes(findings, kept, before, far, added), *raw, *unknowns, *(strange for _ in _strange(findings))]
     if findings.expected.pairing.clipped:
         causes = [replace(cause, confidence=min(cause.confidence, EITHER_CHANCE)) for cause in causes]
     low, high = _further(kept, before, floor, far, findings.settings) if added else (before, before)
@@ -57,7 +56,7 @@ def tell(findings: Findings, after: Callable[[Sequence[tuple[str, Fit]]], HowFar
         rms_deg=before,
         floor_deg=floor,
         ratio=before / floor,
-        explained_fraction=_explained(kept, marks, before, left, floor) if named else 0.0,
+        explained_fraction=_explained(kept, raw, before, left, floor) if named else 0.0,
         after_deg=left,
         after_low_deg=low,
         after_high_deg=high,
@@ -65,11 +64,11 @@ def tell(findings: Findings, after: Callable[[Sequence[tuple[str, Fit]]], HowFar
     )
     return Diagnosis(
         _verdict(causes),
-        _confidence(findings, kept, marks, small),
+        _confidence(findings, kept, raw, small),
         gap,
         _where(findings, causes, gaps, left, floor),
         causes,
-        _ranking(findings, marks),
+        _ranking(findings, raw),
         what_next(
             findings.expected,
             findings.posteriors,
@@ -81,7 +80,7 @@ def tell(findings: Findings, after: Callable[[Sequence[tuple[str, Fit]]], HowFar
         _notes(findings, kept, [*known.notes, *small]),
         reference=findings.expected.kind,
         retuning=findings.retuning,
-        observations=found.observations,
+        observations=in_samples.observations,
     )
 
 
@@ -115,8 +114,9 @@ def _stands_out(findings: Findings, name: str) -> bool:
 
 
 def _notes(findings: Findings, kept: Sequence[Kept], said: Sequence[str]) -> list[str]:
-    """What was `said` on the way, the marks that have no name, and the names that were dropped; each line once."""
-    nameless = (f"{mark.text}: no effect of the library does that" for mark in _strange(findings))
+    """What was `said` on the way, what the raw samples show that has no name, and the names that were dropped; each
+    line once."""
+    nameless = (f"{one.text}: no effect of the library does that" for one in _strange(findings))
     dropped = (
         f"{fit.effect.name} explains {100.0 * share_closed(posterior, fit):.0f} % of what the "
         f"{'pressures show' if posterior.stand.name == PRESSURES else 'angle shows'}, but with it the simulator "
@@ -133,8 +133,8 @@ def _further(kept: Sequence[Kept], before: float, floor: float, far: HowFar, set
 
 
 def _strange(findings: Findings) -> list[Signature]:
-    """Marks of something in the angle that the library has no name for."""
-    return [mark for mark in findings.marks if mark.found and mark.effect is None and mark.variance_deg2 > 0.0]
+    """What the raw samples show in the angle that the library has no name for."""
+    return [one for one in findings.signatures if one.found and one.effect is None and one.variance_deg2 > 0.0]
 
 
 def _helping(findings: Findings, before: float) -> list[Kept]:
@@ -151,11 +151,12 @@ def _helping(findings: Findings, before: float) -> list[Kept]:
 def _dropped(findings: Findings, kept: Sequence[Kept]) -> list[tuple[Posterior, Fit]]:
     """The effects that are the likeliest of their factor and close something of it, and are not named because the
     simulator is no better with them."""
-    return [
-        (posterior, fit)
-        for posterior, fit in findings.named
-        if share_closed(posterior, fit) > LEAST_CLOSED and not any(fit is one.fit for one in kept)
-    ]
+    return [one for one in _not_kept(findings, kept) if share_closed(*one) > LEAST_CLOSED]
+
+
+def _not_kept(findings: Findings, kept: Sequence[Kept]) -> list[tuple[Posterior, Fit]]:
+    """The effects that are the likeliest of their factor and are not named."""
+    return [(posterior, fit) for posterior, fit in findings.named if not any(fit is one.fit for one in kept)]
 
 
 def _spoiler(kept: tuple[int, ...], named: Sequence[tuple[Posterior, Fit]], left: Callable[..., float]) -> int | None:
@@ -214,17 +215,17 @@ def trust(pairing: Pairing, name: str) -> float:
 def _unknowns(findings: Findings, kept: Sequence[Kept], before: float) -> list[Cause]:
     """Something unknown for each factor where that is the likeliest, or stands beside the effect."""
     found = []
-    spoilt = [posterior for posterior, fit in findings.named if not any(fit is one.fit for one in kept)]
-    doubted = [posterior for posterior, _ in _dropped(findings, kept)]
+    left_out = [id(posterior) for posterior, _ in _not_kept(findings, kept)]
+    dropped = [id(posterior) for posterior, _ in _dropped(findings, kept)]
     for posterior in findings.posteriors:
-        useless = any(posterior is one for one in spoilt)
+        useless = id(posterior) in left_out
         if posterior.found and (posterior.fit is None or posterior.beside > EVEN_CHANCE or useless):
             near = sorted(posterior.fits, key=lambda name: -posterior.probability[name])[:2]
             nowhere = "valve" if posterior.stand.name == PRESSURES else "joint"
             stage = EFFECT_STAGES[posterior.fits[near[0]].applied.stage].lies_in if near else nowhere
             chance = posterior.probability[UNKNOWN] if posterior.fit is None else posterior.beside
             chance = 1.0 - posterior.probability[NONE] if useless else chance
-            if any(posterior is one for one in doubted):
+            if id(posterior) in dropped:
                 chance = min(chance, EITHER_CHANCE)
             found.append(
                 Cause(UNKNOWN, stage, posterior.stand.name, None, {}, before, before, 0.0, tuple(near), chance)
@@ -240,11 +241,11 @@ def share_closed(posterior: Posterior, fit: Fit) -> float:
     return float(np.clip((before - after) / max(before - min(effective, 0.5 * before), 1e-9), 0.0, 1.0))
 
 
-def _explained(kept: Sequence[Kept], marks: Sequence[Cause], before: float, after: float, floor: float) -> float:
+def _explained(kept: Sequence[Kept], raw: Sequence[Cause], before: float, after: float, floor: float) -> float:
     """(G - E) / (G - F) in mean squares of the angle where it stands above the floor; else of what the causes were
     found on."""
     if not kept:
-        return max(mark.explained_fraction for mark in marks)
+        return max(cause.explained_fraction for cause in raw)
     if after < before and before > ABOVE_FLOOR * floor:
         return min((before**2 - after**2) / (before**2 - floor**2), 1.0)
     if after < before:
@@ -273,14 +274,14 @@ def _verdict(causes: Sequence[Cause]) -> Verdict:
     return Verdict.PARTLY_EXPLAINED if unknown else Verdict.EXPLAINED
 
 
-def _confidence(findings: Findings, kept: Sequence[Kept], marks: Sequence[Cause], small: Sequence[str]) -> float:
+def _confidence(findings: Findings, kept: Sequence[Kept], raw: Sequence[Cause], small: Sequence[str]) -> float:
     """Probability that what is said of every factor is right; one of two for each effect that was dropped, or where
     none was and something `small` is only noted in place of a finding."""
     pairing = findings.expected.pairing
     chances = [one.probability[one.best] * trust(pairing, one.best) for one in findings.posteriors]
     noted = [] if kept else small
     chances += [EITHER_CHANCE for _ in _dropped(findings, kept) or noted]
-    return float(np.prod([*chances, *(mark.confidence for mark in marks)]))
+    return float(np.prod([*chances, *(cause.confidence for cause in raw)]))
 
 
 def _where(
@@ -311,9 +312,9 @@ def _shares(findings: Findings) -> dict[str, float]:
     return {"valve": ahead / max(ahead + after, 1e-12), "downstream": after / max(ahead + after, 1e-12)}
 
 
-def _ranking(findings: Findings, marks: Sequence[Cause]) -> list[Ranked]:
+def _ranking(findings: Findings, raw: Sequence[Cause]) -> list[Ranked]:
     """What the raw samples show and all effects of both factors, by probability."""
-    lines = [Ranked(one.effect, one.stage, one.judged_on, one.explained_fraction, one.confidence, 0.0) for one in marks]
+    lines = [Ranked(one.effect, one.stage, one.judged_on, one.explained_fraction, one.confidence, 0.0) for one in raw]
     for posterior in findings.posteriors:
         for name, fit in posterior.fits.items():
             lies_in = EFFECT_STAGES[fit.applied.stage].lies_in

@@ -15,6 +15,19 @@ from rig.gap.records.pairs import Pair
 from rig.record import Column
 
 REGIONS = 5
+"""Bands of the angle."""
+SLOW_SHARE = 0.33
+"""Share of the rows, the slowest ones, that are at a turning point."""
+MEAN_LINES = 2
+"""Lines of a record's spectrum that are its mean: a Hann window spreads that over two."""
+EXCITED_SHARE = 0.15
+"""Of a command's largest line, from which on another is excited as well."""
+LINE_REACH = 2
+"""Lines on either side that belong to one: no excitation has whole periods in a record."""
+MOST_LINES = 60
+"""Excited lines, or multiples, that are looked at; beyond it is the rest."""
+STEP_EDGE = 10
+"""Rows at either end of a record where a step is none: too few stand on one side of it."""
 STEP_SHARE = 0.5
 """A step in the residual counts when it holds at least this share of the residual's mean square."""
 
@@ -30,19 +43,19 @@ def _lines_of(pair: Pair, gap: Column) -> OverFrequency:
     power = np.abs(np.fft.rfft(gap)) ** 2
     power[1:] *= 2.0
     command = np.abs(np.fft.rfft((pair.u1_mpa - pair.u2_mpa) * np.hanning(n)))
-    command[:2] = 0.0
-    lines = np.flatnonzero(command > 0.15 * command.max())
-    kinds = {"constant": power[:2].sum(), "excited": 0.0, "odd_multiples": 0.0, "even_multiples": 0.0}
+    command[:MEAN_LINES] = 0.0
+    lines = np.flatnonzero(command > EXCITED_SHARE * command.max())
+    kinds = {"constant": power[:MEAN_LINES].sum(), "excited": 0.0, "odd_multiples": 0.0, "even_multiples": 0.0}
     free = np.ones(len(power), dtype=bool)
-    free[:2] = False
+    free[:MEAN_LINES] = False
     top = int(np.argmax(command))
     for name, places in (
         ("excited", list(lines)),
         ("odd_multiples", list(range(3 * top, len(power), 2 * top))),
         ("even_multiples", list(range(2 * top, len(power), 2 * top))),
     ):
-        for place in places[:60]:
-            rows = np.arange(max(place - 2, 2), min(place + 3, len(power)))
+        for place in places[:MOST_LINES]:
+            rows = np.arange(max(place - LINE_REACH, MEAN_LINES), min(place + LINE_REACH + 1, len(power)))
             rows = rows[free[rows]]
             kinds[name] += float(power[rows].sum())
             free[rows] = False
@@ -57,7 +70,7 @@ def phase_shares(pairs: Sequence[Pair], healthy: Sequence[Column], gaps: Sequenc
     parts: dict[str, list[Column]] = {"rising": [], "falling": [], "turning": []}
     for pair, angle, gap in zip(pairs, healthy, gaps, strict=True):
         speed = np.gradient(angle, pair.dt_s)
-        slow = np.abs(speed) < np.quantile(np.abs(speed), 0.33)
+        slow = np.abs(speed) < np.quantile(np.abs(speed), SLOW_SHARE)
         used = pair.used > 0
         parts["turning"].append(gap[slow & used])
         parts["rising"].append(gap[~slow & (speed > 0) & used])
@@ -103,10 +116,10 @@ def _step(gap: Column) -> tuple[int, float]:
     n = len(gap)
     centred = gap - gap.mean()
     total = float(centred @ centred)
-    if n < 20 or total <= 0:
+    if n < 2 * STEP_EDGE or total <= 0:
         return 0, 0.0
-    sums = np.cumsum(centred)[9 : n - 10]
-    rows = np.arange(10, n - 9)
+    rows = np.arange(STEP_EDGE, n - STEP_EDGE + 1)
+    sums = np.cumsum(centred)[rows - 1]
     explained = sums**2 * (1.0 / rows + 1.0 / (n - rows))
     best = int(np.argmax(explained))
     return int(rows[best]), float(explained[best] / total)

@@ -50,7 +50,7 @@ class _Samples:
 
     def _found(self, effect: Effect, size: float, draw: int) -> bool:
         pairs = pair_up(self._day(draw, effect, size), self._before, self._model.p0_mpa).pairs
-        return any(mark.found and mark.effect == effect.name for mark in read_signatures(pairs))
+        return any(signature.found and signature.effect == effect.name for signature in read_signatures(pairs))
 
     def _day(self, seed: int, effect: Effect | None = None, size: float = 0.0) -> list[Record]:
         noise = [AddedEffect("sensor_noise", {"std_deg": self._noise_deg, "seed": float(seed)})]

@@ -62,12 +62,18 @@ def noise(
     spread = days * np.hypot(own**2, base**2 / np.sqrt(max(len(levels), 1))) / max(size, 1e-12)
     text = f"noise of {own:.3g} deg rms, {base:.3g} in {'the fingerprint' if described else 'the baselines'}"
     return Signature(
-        "noise", "sensor_noise", bool(found), float(own), base, "deg", text, {"std_deg": about(size, float(spread),
-        0.0)},
-        by_chance(louder, days, degrees, len(levels)) if known else None,
-        size**2 if found else 0.0,
-        SMOOTHED * size**2 if found else 0.0,
-    )  # fmt: skip
+        "noise",
+        "sensor_noise",
+        bool(found),
+        value=float(own),
+        baseline=base,
+        unit="deg",
+        text=text,
+        sizes={"std_deg": about(size, float(spread), 0.0)},
+        p_value=by_chance(louder, days, degrees, len(levels)) if known else None,
+        variance_deg2=size**2 if found else 0.0,
+        smoothed_deg2=SMOOTHED * size**2 if found else 0.0,
+    )
 
 
 def _beside_the_motion(angles: Sequence[Column], *, rows: Sequence[float], without_repeats: bool) -> float:

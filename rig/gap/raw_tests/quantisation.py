@@ -44,11 +44,18 @@ def quantisation_step(
         else "no quantisation step shows in the angle"
     )
     return Signature(
-        "quantisation step", "quantisation", found, step, base, "deg", text, {"step_deg": about(step, spread, 0.0)},
-        _by_chance(angles_of(cases), step) if step else 1.0,
-        max(step**2 - base**2, 0.0) / 12.0 if found else 0.0,
-        UNEVEN * _rounding(sessions[0] if sessions else cases, step) if found else 0.0,
-    )  # fmt: skip
+        "quantisation step",
+        "quantisation",
+        found,
+        value=step,
+        baseline=base,
+        unit="deg",
+        text=text,
+        sizes={"step_deg": about(step, spread, 0.0)},
+        p_value=_by_chance(angles_of(cases), step) if step else 1.0,
+        variance_deg2=max(step**2 - base**2, 0.0) / 12.0 if found else 0.0,
+        smoothed_deg2=UNEVEN * _rounding(sessions[0] if sessions else cases, step) if found else 0.0,
+    )
 
 
 def step_deg(angles: Sequence[Column]) -> tuple[float, float]:

@@ -128,9 +128,17 @@ def repeated_samples(
     size = about(p, float(np.sqrt(max(2.0 * run - 1.0, 1.0) * _variance(own, chance, p) + between**2)), 0.0, MOST_LOST)
     moved = float(np.mean([np.nanmean(np.diff(angle) ** 2) for angle in angles_of(cases)]))
     return Signature(
-        "repeated samples", "lost_samples", bool(lost), own.share, base, "1", text, {"probability": size},
-        by_chance(found.share, spread), p * moved if lost else 0.0,
-    )  # fmt: skip
+        "repeated samples",
+        "lost_samples",
+        bool(lost),
+        value=own.share,
+        baseline=base,
+        unit="1",
+        text=text,
+        sizes={"probability": size},
+        p_value=by_chance(found.share, spread),
+        variance_deg2=p * moved if lost else 0.0,
+    )
 
 
 def count(records: Sequence[Record], least: float) -> Repeats:

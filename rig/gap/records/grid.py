@@ -108,10 +108,22 @@ def on_grid(
     edge = max(1, round(2 * SMOOTHING_S / (dt * stride)))
     used[-edge:] = 0.0
     return Pair(
-        record.name, dt * stride, t, u1, u2, case, tuple(sessions), used, record, others, read.t_s,
-        fallen[0], tuple(fallen[1:]), tuple(partner.session for partner in partners),
-        any(differs(mine, _input(other, start_s, t)) for other in others),
-    )  # fmt: skip
+        name=record.name,
+        dt_s=dt * stride,
+        t_s=t,
+        u1_mpa=u1,
+        u2_mpa=u2,
+        case=case,
+        sessions=tuple(sessions),
+        used=used,
+        raw=record,
+        raw_baselines=others,
+        stamps_s=read.t_s,
+        dropouts=fallen[0],
+        baseline_dropouts=tuple(fallen[1:]),
+        numbers=tuple(partner.session for partner in partners),
+        other_input=any(differs(mine, _input(other, start_s, t)) for other in others),
+    )
 
 
 def _input(record: Record, start_s: float, t: Column) -> Column:

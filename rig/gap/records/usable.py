@@ -39,6 +39,15 @@ from rig.identify.records.monitors import (
 )
 from rig.record import Column, Record
 
+NOTHING_ANSWERS = (
+    "neither the pressures nor the angle follow their command; is there air, and do the regulators get their "
+    "set-points?"
+)
+NOT_FOLLOWED = (
+    f"the angle does not follow its command at any lag up to {LONGEST_LAG_S:g} s; broken sensor or loose joint?"
+)
+SWAPPED = "the measured p1 - p2 runs against its command; are the two monitors, or the valves, swapped?"
+
 
 def reasons(notes: Sequence[str]) -> str:
     """Why nothing can be used, in one line however many records there are."""
@@ -47,45 +56,46 @@ def reasons(notes: Sequence[str]) -> str:
 
 
 def usable(record: Record, notes: list[str], kind: str = "") -> bool:
-    """Whether anything can be learnt from a record; the reason goes into the notes."""
-    where = f"{kind}{record.name}"
+    """Whether anything can be learnt from a record; what is to be said of it goes into the notes: why not, or that
+    nothing answers. `kind`: empty for the rig as it is now, else what an earlier day's record is called in a note."""
+    why, used = _badly_sampled(record) or _still(record), False
+    angle = record.angle_deg
+    if not why and angle is not None and not follows(record, angle, record.dp_cmd_mpa):
+        used = nothing_answers(record) and not kind  # no earlier day on which nothing moved was a healthy one
+        why = NOTHING_ANSWERS if used else NOT_FOLLOWED
+    elif not why and _runs_against(record):
+        why = SWAPPED
+    if why:
+        notes.append(f"{kind}{record.name}: {why}")
+    return used or not why
+
+
+def _badly_sampled(record: Record) -> str:
+    """Why a record's rows cannot be read as a course over time; empty where they can."""
     if strange := strange_units(record):
-        notes.append(f"{where}: {strange}")
-    elif record.angle_deg is None or np.isfinite(record.angle_deg).mean() < LEAST_MEASURED:
-        notes.append(f"{where}: no angle was measured (at least {100 * LEAST_MEASURED:.0f} % of the rows are needed)")
-    elif len(record) < LEAST_ROWS or record.t_s[-1] - record.t_s[0] < SHORTEST_S:
-        notes.append(f"{where}: {_too_short(record)}")
-    elif np.any(np.diff(record.t_s) < 0):
-        notes.append(f"{where}: time runs backwards")
-    elif reason := _sampled_too_thinly(record):
-        notes.append(f"{where}: {reason}")
-    elif not np.isfinite(record.dp_cmd_mpa).all():
-        notes.append(f"{where}: the command has holes")
-    elif np.ptp(record.dp_cmd_mpa) < LEAST_COMMAND_MPA:
-        notes.append(
-            f"{where}: no excitation, the command moves by {1e3 * np.ptp(record.dp_cmd_mpa):.1f} kPa; at least "
+        return strange
+    if record.angle_deg is None or np.isfinite(record.angle_deg).mean() < LEAST_MEASURED:
+        return f"no angle was measured (at least {100 * LEAST_MEASURED:.0f} % of the rows are needed)"
+    if len(record) < LEAST_ROWS or record.t_s[-1] - record.t_s[0] < SHORTEST_S:
+        return _too_short(record)
+    if np.any(np.diff(record.t_s) < 0):
+        return "time runs backwards"
+    if too_thin := _too_thin(record):
+        return too_thin
+    return "" if np.isfinite(record.dp_cmd_mpa).all() else "the command has holes"
+
+
+def _still(record: Record) -> str:
+    """Why a record shows no motion; empty where it does."""
+    assert record.angle_deg is not None
+    if np.ptp(record.dp_cmd_mpa) < LEAST_COMMAND_MPA:
+        return (
+            f"no excitation, the command moves by {1e3 * np.ptp(record.dp_cmd_mpa):.1f} kPa; at least "
             f"{1e3 * LEAST_COMMAND_MPA:.0f} kPa are needed"
         )
-    elif np.ptp(record.angle_deg[np.isfinite(record.angle_deg)]) < STILL_DEG:
-        notes.append(f"{where}: the angle never moves; broken sensor or stuck joint")
-    elif not follows(record, record.angle_deg, record.dp_cmd_mpa):
-        if nothing_answers(record) and not kind:  # no earlier day on which nothing moved was a healthy one
-            notes.append(
-                f"{where}: neither the pressures nor the angle follow their command; is there air, and do the "
-                "regulators get their set-points?"
-            )
-            return True
-        notes.append(
-            f"{where}: the angle does not follow its command at any lag up to {LONGEST_LAG_S:g} s; broken sensor or "
-            "loose joint?"
-        )
-    elif _runs_against(record):
-        notes.append(
-            f"{where}: the measured p1 - p2 runs against its command; are the two monitors, or the valves, swapped?"
-        )
-    else:
-        return True
-    return False
+    if np.ptp(record.angle_deg[np.isfinite(record.angle_deg)]) < STILL_DEG:
+        return "the angle never moves; broken sensor or stuck joint"
+    return ""
 
 
 def _too_short(record: Record) -> str:
@@ -108,8 +118,8 @@ def hole(record: Record, kind: str = "") -> str | None:
     )
 
 
-def _sampled_too_thinly(record: Record) -> str | None:
-    """Rows so far apart, or so much time without any, that nothing dynamic is left to see."""
+def _too_thin(record: Record) -> str:
+    """Rows so far apart, or so much time without any, that nothing dynamic is left to see; empty where they are not."""
     length = float(record.t_s[-1] - record.t_s[0])
     if record.period_s > LONGEST_GAP_S:
         return f"sampled every {record.period_s:.3g} s, allowed: at most {LONGEST_GAP_S:g} s; is the time in ms?"
@@ -118,7 +128,7 @@ def _sampled_too_thinly(record: Record) -> str | None:
             f"{len(record)} rows every {1e3 * record.period_s:.3g} ms do not fill its {length:.4g} s; is a "
             "time stamp wrong?"
         )
-    return None
+    return ""
 
 
 def _runs_against(record: Record) -> bool:

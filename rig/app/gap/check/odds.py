@@ -85,7 +85,7 @@ def _tells(row: Row) -> bool:
 
 
 def _of_answer(diagnosis: Mapping[str, Any], stages: Mapping[str, str]) -> Iterator[Judgement]:
-    """Both factors, or the angle alone where it was judged alone; those on which only marks in the raw samples act say
+    """Both factors, or the angle alone where it was judged alone; those on which only raw samples show something say
     nothing of odds."""
     factors = diagnosis["evidence"]["factors"]
     for name in (PRESSURES, ANGLE):

@@ -15,6 +15,7 @@ from rig.gap.answer.words.on_any_rig import on_the_rig
 from rig.gap.answer.words.on_the_rig import ON_THE_RIG, OnTheRig
 from rig.gap.answer.words.sizes import degrees, size
 from rig.gap.hypotheses.library import NONE, UNKNOWN
+from rig.gap.hypotheses.scenes import ANGLE, PRESSURES
 from rig.gap.offered import VALVES
 from rig.gap.plan.experiment import Experiment
 from rig.gap.raw_tests.signature import MONITOR
@@ -27,7 +28,7 @@ WORTH = 0.25
 """Share of that rest from which on a rival is named."""
 AS_MUCH = 0.05
 """Shares of the error that differ by less than this are told as the same."""
-STAGES = {
+LIES_IN = {
     "timing": "in the timing",
     "valve": "in the valves",
     "muscle": "in the muscles",
@@ -92,7 +93,7 @@ def _named(diagnosis: Diagnosis) -> list[Cause]:
 def _sentence(cause: Cause, diagnosis: Diagnosis) -> str:
     """One effect with its size, unit and sign, without a full stop."""
     known = on_the_rig(cause.effect, diagnosis.channels)
-    numbers = {name: number for name, number in cause.parameters.items() if name != "tau0_s"}
+    numbers = cause.parameters
     try:
         said = "" if known is None else known.says(numbers)
     except KeyError:  # a law of another package has numbers of its own
@@ -133,7 +134,7 @@ def _seen(diagnosis: Diagnosis) -> str:
 
 
 def _seen_in(cause: Cause) -> str:
-    return {"pressures": "the pressures", "angle": "the angle"}.get(cause.judged_on, "the raw angle")
+    return {PRESSURES: "the pressures", ANGLE: "the angle"}.get(cause.judged_on, "the raw angle")
 
 
 def _alike(cause: Cause) -> str:
@@ -198,7 +199,7 @@ def _unknown(diagnosis: Diagnosis) -> str:
 
 
 def _seen_beside(one: Observation, channels: Channels) -> str:
-    """A mark in the raw samples that is no cause of the gap, without a full stop."""
+    """A finding in the raw samples that is no cause of the gap, without a full stop."""
     known = None if one.effect is None else on_the_rig(one.effect, channels)
     said = one.text if known is None or not one.parameters else known.says(dict(one.parameters))
     said = one.text if "{than}" in said else said
@@ -244,7 +245,7 @@ def _first_of(effects: Sequence[str]) -> str:
 
 def _in_pressures(diagnosis: Diagnosis) -> bool:
     """A cause was told from others by the measured pressures, whatever the angle alone could be taken for."""
-    return any(cause.judged_on == "pressures" for cause in _named(diagnosis))
+    return any(cause.judged_on == PRESSURES for cause in _named(diagnosis))
 
 
 def _swallowed(diagnosis: Diagnosis) -> bool:
@@ -310,13 +311,13 @@ def _stays(diagnosis: Diagnosis) -> str:
 def _where(diagnosis: Diagnosis) -> str:
     """The stages at which something was found, the one with the largest share of the gap first."""
     found = sorted((one for one in diagnosis.where.chain if one.effects), key=lambda one: -one.share)
-    text = " and ".join(STAGES[stage_name(one.stage, diagnosis.channels)] for one in found)
+    text = " and ".join(LIES_IN[stage_name(one.stage, diagnosis.channels)] for one in found)
     return f"{text or 'somewhere in the chain'}{_pressures(diagnosis)}."
 
 
 def _pressures(diagnosis: Diagnosis) -> str:
     """What the pressures show, where the angle by itself would show nothing."""
-    factor = diagnosis.evidence.factors.get("pressures")
+    factor = diagnosis.evidence.factors.get(PRESSURES)
     gap = diagnosis.gap
     if factor is None or not factor.found or gap.rms_deg > gap.floor_deg:
         return ""

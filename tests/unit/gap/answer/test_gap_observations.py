@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from support.plants.gap_rigs import asked, baselines, names, session
 
-from rig.gap.answer.observations import LEAST_SHARE, Marks, told_apart
+from rig.gap.answer.observations import LEAST_SHARE, ToldApart, told_apart
 from rig.gap.answer.words.sentences import answers
 from rig.gap.raw_tests.signature import Signature, Size
 from rig.gap.records.pairs import pair_up
@@ -19,11 +19,11 @@ GAP_DEG = 2.0
 STEP = {"step_deg": Size(0.2, 0.19, 0.21)}
 
 
-def mark(variance_deg2: float, effect: str | None = "quantisation") -> Signature:
+def signature(variance_deg2: float, effect: str | None = "quantisation") -> Signature:
     return Signature("quantisation step", effect, True, 0.2, 0.0, "deg", "steps", STEP, 0.0, variance_deg2)
 
 
-def told(one: Signature, days: int, else_found: bool) -> Marks:
+def told(one: Signature, days: int, else_found: bool) -> ToldApart:
     pairing = pair_up(session(90), [list(day) for day in baselines()[:days]], 0.2)
     kind = Kind.SESSIONS if days else Kind.SIMULATOR
     expected = Expected(kind, kind.value, pairing, [], None, ())  # type: ignore[arg-type]
@@ -35,7 +35,7 @@ def told(one: Signature, days: int, else_found: bool) -> Marks:
 def test_without_an_earlier_day_a_mark_is_a_cause_where_it_makes_up_some_of_the_gap(
     share: float, cause: bool, else_found: bool
 ) -> None:
-    found = told(mark(share / (1.0 - share) * GAP_DEG**2), 0, else_found)
+    found = told(signature(share / (1.0 - share) * GAP_DEG**2), 0, else_found)
     assert bool(found.causes) is cause
     assert bool(found.observations) is not cause
     said = (found.causes or found.observations)[0]
@@ -45,18 +45,18 @@ def test_without_an_earlier_day_a_mark_is_a_cause_where_it_makes_up_some_of_the_
 
 @pytest.mark.parametrize("else_found", [True, False])
 def test_a_small_mark_against_an_earlier_day_is_a_cause_where_nothing_else_is_found(else_found: bool) -> None:
-    found = told(mark(1e-6), 3, else_found)
+    found = told(signature(1e-6), 3, else_found)
     assert bool(found.causes) is not else_found
     assert bool(found.observations) is else_found
 
 
 def test_beside_records_without_raw_samples_a_small_mark_is_no_cause() -> None:
-    """What a fingerprint keeps shows no steps: a mark stands for itself there, as without an earlier day."""
+    """What a fingerprint keeps shows no steps: a signature stands for itself there, as without an earlier day."""
     pairing = pair_up(session(90), [list(baselines()[0])], 0.2)
     kept = replace(pairing, pairs=[replace(pair, raw_baselines=()) for pair in pairing.pairs])
     expected = Expected(Kind.FINGERPRINT, "fingerprint", kept, [], None, ())  # type: ignore[arg-type]
-    assert told_apart([mark(1e-6)], expected, GAP_DEG, False).causes == []
-    assert len(told_apart([mark(1e-6)], replace(expected, pairing=pairing), GAP_DEG, False).causes) == 1
+    assert told_apart([signature(1e-6)], expected, GAP_DEG, False).causes == []
+    assert len(told_apart([signature(1e-6)], replace(expected, pairing=pairing), GAP_DEG, False).causes) == 1
 
 
 def test_where_only_a_mark_is_named_the_gap_is_explained_by_its_share() -> None:
@@ -69,8 +69,8 @@ def test_where_only_a_mark_is_named_the_gap_is_explained_by_its_share() -> None:
 
 
 def test_what_no_effect_makes_is_an_observation_unless_it_is_in_the_angle() -> None:
-    assert told(mark(0.0, effect=None), 3, False).observations[0].effect is None
-    assert told(mark(1.0, effect=None), 3, False) == Marks([], [])  # something unknown, which the verdict says
+    assert told(signature(0.0, effect=None), 3, False).observations[0].effect is None
+    assert told(signature(1.0, effect=None), 3, False) == ToldApart([], [])  # something unknown, which the verdict says
 
 
 def coarse(step_deg: float) -> list[Record]:
@@ -95,5 +95,5 @@ def test_samples_that_were_taken_out_before_anything_is_compared_are_a_part_of_t
     effect: str, taken_out: bool
 ) -> None:
     size = {next(iter(EFFECT_STAGES[effect].neutral())): Size(0.2, 0.19, 0.21)}
-    few, many = (told(replace(mark(v, effect), sizes=size), 3, False).causes[0] for v in (1e-6, 4.0))
+    few, many = (told(replace(signature(v, effect), sizes=size), 3, False).causes[0] for v in (1e-6, 4.0))
     assert (many.gap_before_deg**2 - few.gap_before_deg**2 > 3.9) is taken_out

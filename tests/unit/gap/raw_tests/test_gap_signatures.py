@@ -16,9 +16,9 @@ from rig.gap.records.pairs import pair_up
 from rig.record import Column, Record
 
 
-def marks(records: list[Record]) -> dict[str, Signature]:
+def signatures(records: list[Record]) -> dict[str, Signature]:
     pairing = pair_up(records, [list(day) for day in baselines()], 0.2)
-    return {mark.test: mark for mark in read_signatures(pairing.pairs)}
+    return {signature.test: signature for signature in read_signatures(pairing.pairs)}
 
 
 def changed(seed: int, change: "object") -> list[Record]:
@@ -36,11 +36,11 @@ def repeated(t: Column, y: Column) -> Column:
 
 
 def test_healthy_records_bear_no_mark() -> None:
-    assert [mark.test for mark in marks(session(61)).values() if mark.found] == []
+    assert [signature.test for signature in signatures(session(61)).values() if signature.found] == []
 
 
 @pytest.mark.parametrize(
-    ("mark", "effect", "change", "key", "size"),
+    ("signature", "effect", "change", "key", "size"),
     [
         ("quantisation step", "quantisation", lambda t, y: 0.5 * np.round(y / 0.5), "step_deg", 0.5),
         ("mains line", "mains_hum", lambda t, y: y + 0.2 * np.sin(2 * np.pi * 50 * t + 1), "amplitude_deg", 0.2),
@@ -54,11 +54,11 @@ def test_healthy_records_bear_no_mark() -> None:
         ("repeated samples", "lost_samples", repeated, "probability", 0.08),
     ],
 )
-def test_mark_is_found_alone_and_measured(mark: str, effect: str, change: object, key: str, size: float) -> None:
-    found = {name: one for name, one in marks(changed(62, change)).items() if one.found}
-    assert list(found) == [mark]
-    assert found[mark].effect == effect
-    assert found[mark].numbers[key] == pytest.approx(size, rel=0.2)
+def test_mark_is_found_alone_and_measured(signature: str, effect: str, change: object, key: str, size: float) -> None:
+    found = {name: one for name, one in signatures(changed(62, change)).items() if one.found}
+    assert list(found) == [signature]
+    assert found[signature].effect == effect
+    assert found[signature].numbers[key] == pytest.approx(size, rel=0.2)
 
 
 @pytest.mark.parametrize(("period_s", "hertz"), [(0.005, 60.0), (0.01, 60.0), (0.02, 60.0), (0.0125, 50.0)])
@@ -77,7 +77,7 @@ def test_dead_spot_is_not_lost_samples() -> None:
     def stuck(t: Column, y: Column) -> Column:
         return np.where((y > 3.0) & (y < 6.0), 3.0, y)
 
-    assert not marks(changed(63, stuck))["repeated samples"].found
+    assert not signatures(changed(63, stuck))["repeated samples"].found
 
 
 def test_a_dead_spot_that_goes_on_without_a_jump_is_not_lost_samples() -> None:
@@ -86,7 +86,7 @@ def test_a_dead_spot_that_goes_on_without_a_jump_is_not_lost_samples() -> None:
     def worn(t: Column, y: Column) -> Column:
         return y - np.clip(y - 3.0, 0.0, 0.5)
 
-    assert not marks(changed(65, worn))["repeated samples"].found
+    assert not signatures(changed(65, worn))["repeated samples"].found
 
 
 @pytest.mark.parametrize("rows", [2, 4, 7, 10])
@@ -96,9 +96,9 @@ def test_a_sensor_that_is_read_more_seldom_than_the_loop_runs_repeats_its_sample
     def held(t: Column, y: Column) -> Column:
         return y[rows * (np.arange(len(y)) // rows)]
 
-    mark = marks(changed(66, held))["repeated samples"]
-    assert mark.found
-    assert mark.numbers["probability"] == pytest.approx(1.0 - 1.0 / rows, abs=0.03)
+    signature = signatures(changed(66, held))["repeated samples"]
+    assert signature.found
+    assert signature.numbers["probability"] == pytest.approx(1.0 - 1.0 / rows, abs=0.03)
 
 
 @given(st.floats(0.02, 0.85), st.integers(0, 50))
@@ -109,14 +109,14 @@ def test_lost_samples_are_found_however_many_are_lost(share: float, seed: int) -
         kept[0] = True
         return y[np.maximum.accumulate(np.where(kept, np.arange(len(y)), 0))]
 
-    mark = marks(changed(67, lost))["repeated samples"]
-    assert mark.found
-    assert mark.numbers["probability"] == pytest.approx(share, rel=0.2)
+    signature = signatures(changed(67, lost))["repeated samples"]
+    assert signature.found
+    assert signature.numbers["probability"] == pytest.approx(share, rel=0.2)
 
 
 def test_dead_monitor_is_seen() -> None:
     records = [replace(record, p1_mpa=np.zeros(len(record))) for record in session(64)]
-    seen = marks(records)
+    seen = signatures(records)
     assert seen["monitor of p1"].text == "the monitor of p1 does not move (a broken wire?)"
     assert not seen["mean pressure"].found, "half of nothing is no rest pressure"
 
@@ -129,7 +129,7 @@ def test_lost_samples_in_runs_are_found_and_bridged() -> None:
         return out
 
     records = changed(64, lost)
-    assert marks(records)["repeated samples"].found
+    assert signatures(records)["repeated samples"].found
     healthy = session(64)
     for record, mended, truth in zip(records, [bridged(one, lost_rows(one)) for one in records], healthy, strict=True):
         assert mended.angle_deg is not None
@@ -171,15 +171,15 @@ def test_samples_are_lost_on_a_coarse_angle_without_any_healthy_day(share: float
         return coarse[np.maximum.accumulate(np.where(kept, np.arange(len(y)), 0))]
 
     pairs = [replace(pair, raw_baselines=()) for pair in pair_up(changed(67, lost), baselines(), 0.2).pairs]
-    mark = next(one for one in read_signatures(pairs) if one.test == "repeated samples")
-    assert mark.found is found
+    signature = next(one for one in read_signatures(pairs) if one.test == "repeated samples")
+    assert signature.found is found
 
 
 def test_more_noise_is_no_lost_sample() -> None:
     def noisy(t: Column, y: Column) -> Column:
         return 0.08 * np.round((y + 0.4 * np.random.default_rng(4).standard_normal(len(y))) / 0.08)
 
-    assert not marks(changed(65, noisy))["repeated samples"].found
+    assert not signatures(changed(65, noisy))["repeated samples"].found
 
 
 def test_a_hole_in_the_stamps_is_said() -> None:
@@ -209,15 +209,15 @@ def test_rows_that_are_missing_are_no_lost_samples() -> None:
 
     days = [[coarse(record) for record in day] for day in baselines()]
     pairing = pair_up([cut(coarse(record)) for record in session(68)], days, 0.2)
-    mark = next(one for one in read_signatures(pairing.pairs) if one.test == "repeated samples")
-    assert not mark.found
-    assert mark.value == pytest.approx(mark.baseline, rel=0.3)
+    signature = next(one for one in read_signatures(pairing.pairs) if one.test == "repeated samples")
+    assert not signature.found
+    assert signature.value == pytest.approx(signature.baseline, rel=0.3)
 
 
 def test_lost_samples_beside_a_hole_have_a_size() -> None:
     def lost(t: Column, y: Column) -> Column:
         return np.where((t > 3.0) & (t < 3.5), np.nan, repeated(t, y))
 
-    mark = marks(changed(68, lost))["repeated samples"]
-    assert mark.found
-    assert np.isfinite(mark.variance_deg2)
+    signature = signatures(changed(68, lost))["repeated samples"]
+    assert signature.found
+    assert np.isfinite(signature.variance_deg2)
