@@ -107,6 +107,9 @@ lowest line."""
 LINE_CLEAR, LINE_MORE = 6.0, 2.0
 """How many times a line's amplitude must exceed what lies beside it, and the baselines'. 6 times the median amplitude
 is p = 10^-11."""
+LINE_ALONE = 2.0
+"""... and every single line beside it, where lines are looked for: noise reaches half of LINE_CLEAR there. Less: the
+flank of a resonance near the mains (of a sensor's mount, 11 Hz in rows 40 ms apart, where 60 Hz show at 10) is one."""
 TONE_FROM_HZ, TONE_AROUND_HZ = 20.0, 8.0
 """Spurious tones are looked for above the motion's own lines, and compared with what lies within so much around
 them."""

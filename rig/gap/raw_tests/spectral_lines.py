@@ -13,6 +13,7 @@ from rig.gap.raw_tests.settings import (
     HANN_LOSS,
     HIGHEST_MARGIN_HZ,
     LEAST_LEFT,
+    LINE_ALONE,
     LINE_CLEAR,
     LINE_MORE,
     LINE_WIDTH_HZ,
@@ -49,11 +50,11 @@ def fast_spectra(records: Sequence[Record]) -> list[Spectrum]:
 
 
 def mains_line(cases: Sequence[Spectrum], sessions: Sequence[Sequence[Spectrum]]) -> Signature:
-    """A line at 50 or 60 Hz that stands out, and more so than in the baselines."""
+    """A line at 50 or 60 Hz that stands out and alone, and more so than in the baselines."""
     hz, line = max(((hz, _line(cases, hz)) for hz in LINES_HZ), key=lambda each: each[1].amplitude_deg)
     base = max((_line(session, hz).amplitude_deg for session in sessions), default=0.0)
     own, beside = line.amplitude_deg, line.beside_deg
-    found = own > LINE_CLEAR * beside and own > LINE_MORE * base and own > 0.0
+    found = own > max(LINE_CLEAR * beside, LINE_ALONE * line.strongest_deg, LINE_MORE * base)
     size = float(np.sqrt(max(own**2 - base**2, 0.0)))
     text = f"a line of {own:.3g} deg at {hz:.0f} Hz, {base:.3g} deg in the baselines, {beside:.2g} deg beside it"
     sizes = {
@@ -62,7 +63,17 @@ def mains_line(cases: Sequence[Spectrum], sessions: Sequence[Sequence[Spectrum]]
     }
     added = 0.5 * size**2 if found else 0.0
     return Signature(
-        "mains line", "mains_hum", found, own, base, "deg", text, sizes, line.p_value, added, SMOOTHED * added
+        "mains line",
+        "mains_hum",
+        found,
+        value=own,
+        baseline=base,
+        unit="deg",
+        text=text,
+        sizes=sizes,
+        p_value=line.p_value,
+        variance_deg2=added,
+        smoothed_deg2=SMOOTHED * added,
     )
 
 
@@ -89,9 +100,18 @@ def spurious_tone(cases: Sequence[Spectrum], sessions: Sequence[Sequence[Spectru
         "frequency_hz": Size(float(grid[k]), float(grid[k]) - half_bin, float(grid[k]) + half_bin),
     }
     return Signature(
-        "spurious tone", None, found, amplitude, float(np.sqrt(2.0 * usual[k])), "deg", text, sizes,
-        _by_chance(float(own[k]), around, int(free.sum())), added, SMOOTHED * added,
-    )  # fmt: skip
+        "spurious tone",
+        None,
+        found,
+        value=amplitude,
+        baseline=float(np.sqrt(2.0 * usual[k])),
+        unit="deg",
+        text=text,
+        sizes=sizes,
+        p_value=_by_chance(float(own[k]), around, int(free.sum())),
+        variance_deg2=added,
+        smoothed_deg2=SMOOTHED * added,
+    )
 
 
 def _by_chance(power: float, median: float, lines: int) -> float:
@@ -127,6 +147,8 @@ class _Line(NamedTuple):
     amplitude_deg: float
     beside_deg: float
     """The usual amplitude beside it."""
+    strongest_deg: float
+    """The strongest line there, above what the motion hides."""
     spread_deg: float
     """Standard deviation of the amplitude: by the noise, and between records."""
     p_value: float
@@ -134,17 +156,19 @@ class _Line(NamedTuple):
 
 def _line(spectra: Sequence[Spectrum], line_hz: float) -> _Line:
     """A mains line where the sampling shows it."""
-    lines, besides, bins = [], [], 0
+    lines, besides, strongest, bins = [], [], [], 0
     for rate, frequency, power in spectra:
         alias = _alias(line_hz, rate)
         if alias < LOWEST_LINE_HZ or alias > 0.5 * rate - HIGHEST_MARGIN_HZ:
             continue
         near = np.abs(frequency - alias)
         lines.append(_peak(power, np.flatnonzero(near < LINE_WIDTH_HZ)))
-        besides.append(float(np.median(power[(near > BESIDE_FROM_HZ) & (near < BESIDE_TO_HZ)])))
+        beside = (near > BESIDE_FROM_HZ) & (near < BESIDE_TO_HZ)
+        besides.append(float(np.median(power[beside])))
+        strongest.append(float(np.max(power[beside & (frequency > LOWEST_LINE_HZ)], initial=0.0)))
         bins += int(np.sum(near < LINE_WIDTH_HZ))
     if not lines:
-        return _Line(0.0, 0.0, 0.0, 1.0)
+        return _Line(0.0, 0.0, 0.0, 0.0, 1.0)
     power_deg2, beside_deg2 = float(np.median(lines)), float(np.median(besides))
     between = np.var(np.sqrt(2.0 * np.array(lines)))
     spread = np.sqrt(
@@ -153,6 +177,7 @@ def _line(spectra: Sequence[Spectrum], line_hz: float) -> _Line:
     return _Line(
         float(np.sqrt(2.0 * power_deg2)),
         float(np.sqrt(2.0 * beside_deg2)),
+        float(np.sqrt(2.0 * np.median(strongest))),
         float(spread),
         _by_chance(power_deg2, beside_deg2, bins),
     )
