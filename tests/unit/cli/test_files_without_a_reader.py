@@ -12,6 +12,7 @@ import click
 import pytest
 from support.plants.gap_rigs import MODEL, session
 from support.records.made_logs import made_log
+from support.rigs.narrow_rig import narrow_rig
 from support.run_command import SWEEP
 from support.warm import Warm
 
@@ -36,7 +37,7 @@ CALLS = {
     "track": "REFERENCE --clock virtual -o out/track --figure out/x.svg --json out/x.json",
     "tune": "MODEL --reference REFERENCE -o out/x.yaml --json out/x.json",
     "gap capability": "MODEL --sweep quick -o out/x.svg --json out/x.json",
-    "gap design": "MODEL --minutes 0.5 --family none -o out/x.yaml --json out/x.json",
+    "gap design": "MODEL --rig NARROW --minutes 0.5 --family none -o out/x.yaml --json out/x.json",
     "gap diagnose": "--model MODEL --log DAYS/late --baseline DAYS/healthy --html out/x.html "
     "--augmented-model out/a.yaml --retuned out/r.yaml --json out/x.json",
     "gap effects": "--json out/x.json",
@@ -96,7 +97,8 @@ def lab(warm: Warm, tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
     files = {"LOG": "log.mcap", "CUT": "cut.mcap", "TABLE": "table.csv", "DAYS": "days"}
     (recorded,) = (root / "run").glob("*.mcap")
     places |= {name: f"{root / file}" for name, file in files.items()}
-    return places | {"MODEL": f"{MODEL}", "RIG": f"{MODEL.parents[1]}/rigs/simulated.yaml", "RUN": f"{recorded}"}
+    places |= {"MODEL": f"{MODEL}", "RIG": f"{MODEL.parents[1]}/rigs/simulated.yaml"}
+    return places | {"NARROW": f"{narrow_rig(root)}", "RUN": f"{recorded}"}
 
 
 def words_of(name: str, lab: dict[str, str], out: Path) -> list[str]:

@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 from support.plants.begun_hunts import hunt_options, without_a_thought
 from support.plants.gap_rigs import session
+from support.rigs.narrow_rig import narrow_rig
 
 from rig.app.gap import hunting
 from rig.app.gap.diagnosing import first_time
@@ -21,9 +22,9 @@ from rig.app.gap.planning import design_session
 MODEL = Path("configs/models/simulated.yaml")
 
 
-def test_a_design_says_what_it_is_at_from_its_start_to_the_choice() -> None:
+def test_a_design_says_what_it_is_at_from_its_start_to_the_choice(tmp_path: Path) -> None:
     heard: list[tuple[float, str]] = []
-    asked = Asked(MODEL, (), False, "auto", None)
+    asked = Asked(MODEL, (), False, "auto", narrow_rig(tmp_path))
     design_session(asked, 30.0, ("none",), lambda share, what: heard.append((share, what)))
     assert heard[0] == (0.0, "describing the rig")
     assert heard[-1][1] == "choosing the records"

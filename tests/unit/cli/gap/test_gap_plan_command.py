@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from support.rigs.narrow_rig import narrow_rig
 
 from rig.app.model.simulating import commands_of
 from rig.cli.commands import cli
@@ -50,8 +51,8 @@ def test_capability_says_sizes_units_and_what_cannot_be_told_apart(tmp_path: Pat
 
 def test_design_writes_a_sweep_that_fits_the_time(tmp_path: Path) -> None:
     code, text = call(
-        "design", MODEL, "--minutes", "0.5", "--family", "none", "-o", f"{tmp_path / 's.yaml'}",
-        "--json", f"{tmp_path / 'd.json'}",
+        "design", MODEL, "--minutes", "0.5", "--family", "none", "--rig", f"{narrow_rig(tmp_path)}",
+        "-o", f"{tmp_path / 's.yaml'}", "--json", f"{tmp_path / 'd.json'}",
     )  # fmt: skip
     assert code == 0, text
     said = json.loads((tmp_path / "d.json").read_text())
