@@ -1,7 +1,9 @@
-"""What the commands share: numbers in options, the JSON option, and how a result is written."""
+"""What the commands share: numbers in options, the JSON option, how a call is told and how a result is written."""
 
 import json
 import math
+import shlex
+import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any, TypeVar
@@ -39,6 +41,11 @@ def json_option(command: F) -> F:
         type=Output(Kind.JSON, stdout=True),
         help="Write the result as JSON to FILE, or to stdout with '-'.",
     )(command)
+
+
+def as_called() -> str:
+    """This call as somebody types it, for a page that says how it came about."""
+    return shlex.join(["pamrig", *sys.argv[1:]])
 
 
 def emit(result: dict[str, Any], json_to: str | None) -> None:

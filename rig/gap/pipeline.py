@@ -9,6 +9,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from rig.channels import REST_MPA
 from rig.errors import RecordError
 from rig.gap.answer.findings import Findings
 from rig.gap.answer.how_far.held_out import HowFar, how_far
@@ -35,8 +36,6 @@ from rig.gap.settings import ANOTHER_RIG, FAINT, MOST_FAINT, POSSIBLE, STILL_LIK
 from rig.model.fingerprint import Fingerprint
 from rig.model.parameters import Model
 from rig.record import Column, Record
-
-DEFAULT_P0_MPA = 0.2
 
 
 @dataclass(frozen=True)
@@ -219,7 +218,7 @@ def _with_withheld(question: Question, stand: Stand) -> Stand:
 
 
 def _paired(question: Question, records: Sequence[Record], days: Sequence[Sequence[Record]]) -> Pairing:
-    p0_mpa = question.model.p0_mpa if question.model else DEFAULT_P0_MPA
+    p0_mpa = question.model.p0_mpa if question.model else REST_MPA
     if not question.kind.by_days:
         return pair_with_kept(records, _fingerprint(question), p0_mpa, pressures=question.pressures)
     pairing = pair_up(records, days, p0_mpa, pressures=question.pressures)

@@ -17,9 +17,9 @@ from rig.cli.gap.check_options import (
     html_option,
     path_type,
     records_option,
-    workers_option,
 )
 from rig.cli.gap.check_studies import absorbed, further, odds, sensitivity, sizes
+from rig.cli.gap.options import workers_option
 from rig.cli.outputs import Group, Output, options_behind_the_step, output_option
 from rig.outputs import Kind
 

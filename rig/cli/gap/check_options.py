@@ -9,6 +9,7 @@ from typing import Any
 import click
 
 from rig.blind_check.modes import GROUPS, ROUNDS
+from rig.cli.gap.options import workers_option
 from rig.cli.outputs import Output
 from rig.outputs import Kind
 
@@ -54,7 +55,6 @@ _no_angle = click.option(
 dask_option = click.option(
     "--dask", metavar="ADDRESS", help="Use the Dask cluster at ADDRESS; its workers must see the same folder."
 )
-workers_option = click.option("--workers", type=click.IntRange(1), help="Local processes; default: one a core.")
 experiments_option = click.option(
     "--experiments",
     type=click.IntRange(0, ROUNDS),

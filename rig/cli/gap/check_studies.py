@@ -8,7 +8,8 @@ import click
 
 from rig.app.terminal import console
 from rig.cli.common import emit, json_option
-from rig.cli.gap.check_options import families_option, html_option, path_type, workers_option
+from rig.cli.gap.check_options import families_option, html_option, path_type
+from rig.cli.gap.options import workers_option
 from rig.cli.outputs import Command, Output, output_option
 from rig.outputs import Kind
 

@@ -1,14 +1,12 @@
 """`pamrig gap diagnose`: where the gap between simulator and rig lies, and why."""
 
-import shlex
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
 from rig.app.terminal import console, listing, progress, styled
-from rig.cli.common import emit, json_option
+from rig.cli.common import as_called, emit, json_option
 from rig.cli.gap.options import angle_alone_option, baseline_option, reference_option
 from rig.cli.outputs import Command, Output
 from rig.outputs import Kind
@@ -106,7 +104,7 @@ def diagnose(
     from rig.app.gap.effects import check_effects
 
     check_effects(options["effects"])
-    chosen, cases = DiagnosisOptions(**options, command=shlex.join(["pamrig", *sys.argv[1:]])), cases_of(logs)
+    chosen, cases = DiagnosisOptions(**options, command=as_called()), cases_of(logs)
     check_apart(logs, chosen.baselines)
     with progress("reading the earlier days"):
         days = earlier_days(chosen.baselines, chosen.model, every=chosen.every_day)

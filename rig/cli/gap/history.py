@@ -1,14 +1,12 @@
 """`pamrig gap history`: the same diagnosis over many days."""
 
-import shlex
-import sys
 from pathlib import Path
 
 import click
 
 from rig.app.terminal import console, listing
-from rig.cli.common import emit, json_option
-from rig.cli.gap.options import angle_alone_option, baseline_option, reference_option
+from rig.cli.common import as_called, emit, json_option
+from rig.cli.gap.options import angle_alone_option, baseline_option, reference_option, workers_option
 from rig.cli.outputs import Command, output_option
 from rig.outputs import Kind
 
@@ -21,7 +19,7 @@ _path = click.Path(path_type=Path)
 @baseline_option("Records of one healthy day outside FOLDER; repeat for more days.")
 @reference_option()
 @angle_alone_option
-@click.option("--workers", type=click.IntRange(1), help="Local processes; default: one a core.")
+@workers_option
 @output_option(Kind.FIGURE, "Draw gap, floor and what was named over the days (.svg, .png, .pdf).", metavar="FILE")
 @json_option
 def history(
@@ -51,7 +49,7 @@ def history(
         every_day=every_day,
         no_pressures=no_pressures,
         reference=reference,
-        command=shlex.join(["pamrig", *sys.argv[1:]]),
+        command=as_called(),
     )
     days, campaign = past_days(options, cases_of((folder,)), workers)
     found = look_back(days)

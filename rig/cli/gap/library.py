@@ -6,6 +6,7 @@ import click
 
 from rig.app.terminal import console, listing, progress
 from rig.cli.common import emit, json_option
+from rig.cli.gap.options import workers_option
 from rig.cli.outputs import Command, output_option
 from rig.outputs import Kind
 
@@ -24,7 +25,7 @@ from rig.outputs import Kind
 )
 @click.option("--units", type=click.IntRange(2, 200), default=10, show_default=True, help="Rigs of each family.")
 @click.option("--seed", type=click.IntRange(0), default=301, show_default=True, help="Seed of the development rigs.")
-@click.option("--workers", type=click.IntRange(1), help="Processes; default: one a core.")
+@workers_option
 @json_option
 def calibrate(
     output: Path, families: tuple[str, ...], left_out: tuple[str, ...], units: int, seed: int, workers: int | None,

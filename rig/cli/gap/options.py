@@ -1,4 +1,5 @@
-"""Options that several commands of `pamrig gap` have: what stands for the rig without a gap, and how it is seen."""
+"""Options that several commands of `pamrig gap` have: what stands for the rig without a gap, how it is seen, and
+who works on it."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -9,6 +10,8 @@ import click
 from rig.cli.common import F
 
 _AS_DIAGNOSED: Final = "What stands for the rig without a gap, as in `pamrig gap diagnose`."
+
+workers_option = click.option("--workers", type=click.IntRange(1), help="Local processes; default: one a core.")
 
 
 def baseline_option(text: str) -> Callable[[F], F]:

@@ -20,8 +20,12 @@ TRIANGLES_HZ = (0.1, 0.3, 0.5)
 SHARES = (1.0, 0.4)
 """Amplitudes, as shares of the largest."""
 TOP_HZ = 4.0
+"""Fastest part of any record: there a delay parts from a lag and from an inertia, and above `rig.gap.settings.TOP_HZ`
+nothing is compared."""
 MOST_SWING_MPA = 0.4
+"""Largest amplitude of dp that is recommended, however far the records at hand went."""
 SETTLE_S = 3.0
+"""Rest before each record, as in the sweep that a hunt begins with."""
 PEAK_OF_MIXED = 2.4
 """Of equation (12), in its A."""
 
