@@ -18,7 +18,8 @@ START = {
     "offset_mpa": 1e-3, "gain": 5e-3, "lag_s": 2e-3, "curvature_s2": 1e-4, "one_way_s": 1e-3, "bend": 5e-3,
     "regulators": 0.02, "one_way": 0.02,
     "offset": 3e-3,
-    "loop": 0.05, "monitor_mpa": 8e-4, "monitor_gain": 5e-3, "mean_law": 0.03, "drift": 1e-3, "warming": 2e-3,
+    "loop": 0.05, "viscous_s": 2e-3,
+    "monitor_mpa": 8e-4, "monitor_gain": 5e-3, "mean_law": 0.03, "drift": 1e-3, "warming": 2e-3,
     "bank": 3e-3,
 }  # fmt: skip
 """Where the search begins, and what a level falls back to of which the days say nothing; units as in the names."""

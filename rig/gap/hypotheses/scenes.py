@@ -13,7 +13,7 @@ from rig.gap.hypotheses.retuned import unsure_regulators
 from rig.gap.hypotheses.scales import law_scales
 from rig.gap.likelihood.lines import Lines
 from rig.gap.reference.build import Expected, Kind
-from rig.gap.reference.expectation import Factor, Parts, angle_parts, mean_doubt, motion_doubt, pressure_parts
+from rig.gap.reference.expectation import VISCOUS, Factor, Parts, angle_parts, mean_doubt, motion_doubt, pressure_parts
 from rig.gap.reference.fast import doubt
 from rig.gap.reference.own_days import angle_days, own_factor, pressure_days
 from rig.gap.reference.unrepeated import shown_by, with_unrepeated
@@ -77,6 +77,7 @@ def parts_of_angle(expected: Expected) -> tuple[Parts, Column]:
     """What may differ in the angle, with what this rig does not repeat; and (n, K) the earlier days."""
     response, driven = expected.response, expected.driven
     parts = angle_parts(expected.tracks, expected.base, response, driven)
+    parts = parts.without(VISCOUS) if expected.kind is Kind.SIMULATOR else parts
     read_right = () if expected.misread is None else expected.misread.days_mpa
     return _with_days(parts, expected, partial(angle_days, response=response, driven=driven, misread_mpa=read_right))
 

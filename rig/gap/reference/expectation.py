@@ -47,12 +47,17 @@ filling; relative."""
 REGULATOR_STEP = 0.1
 """Relative change of a time constant by which these patterns are taken."""
 ANGLE_PATTERNS = (
-    "offset", "gain", "lag_s", "loop", "monitor_mpa", "monitor_mpa", "monitor_gain", "monitor_gain", "mean_law",
-    "drift", "warming",
+    "offset", "gain", "lag_s", "loop", "viscous_s", "monitor_mpa", "monitor_mpa", "monitor_gain", "monitor_gain",
+    "mean_law", "drift", "warming",
 )  # fmt: skip
 """What is unsure of the angle under the pressures: zero and gain, lag, how much of the joint's own friction there is
-(taken at the same gain, so the loop's width; its mass is the same every day), what the monitors' zero and gain do
+(taken at the same gain, so the loop's width; its mass is the same every day), viscous friction over stiffness (beyond
+a lag and a wider loop), what the monitors' zero and gain do
 through the muscles, the law of the mean pressure, a drift, and an amplitude that grows."""
+VISCOUS_STEP_S = 1e-3
+"""Viscous friction over stiffness by whose change the pattern is taken."""
+VISCOUS = "viscous_s"
+"""Not doubted beside a simulator: there it is what is asked for (docs/decisions/0613)."""
 LOOP_STEP = 0.02
 """Share of the joint's friction by whose change the pattern is taken; a smaller one is lost in the
 balance's own precision."""
@@ -164,6 +169,11 @@ class Parts:
         """Root mean square of (n,) over the rows that were measured."""
         return rms(column, self.lines.used)
 
+    def without(self, name: str) -> "Parts":
+        """The same where nothing of this name is unsure."""
+        kept = [one != name for one in self.names]
+        return replace(self, columns=self.columns[:, kept], names=tuple(one for one in self.names if one != name))
+
     def factor(self, levels: FactorLevels, prior: Prior) -> Factor:
         """The factor at these levels."""
         spread = np.array([levels.patterns[name] for name in self.names])
@@ -253,12 +263,13 @@ def angle_parts(tracks: Sequence[Track], base: Sequence[Column], response: Respo
 
 
 def _each_by_itself(columns: Column) -> Column:
-    """(l, m) patterns of the angle, each without what those before it do: a wider loop at the same gain, and of the
-    response model's terms what is neither gain nor loop. Each holds some of the others else, and levels that all but
-    undo each other grow without end (docs/decisions/0596)."""
-    gain, loop, bank = ANGLE_PATTERNS.index("gain"), ANGLE_PATTERNS.index("loop"), len(ANGLE_PATTERNS)
+    """(l, m) patterns of the angle, each without what those before it do: a wider loop at the same gain, of viscous
+    friction what is neither that nor a lag, and of the response model's terms what is neither gain nor loop. Each holds
+    some of the others else, and levels that all but undo each other grow without end (docs/decisions/0596)."""
+    gain, lag, loop, viscous = (ANGLE_PATTERNS.index(name) for name in ("gain", "lag_s", "loop", VISCOUS))
+    bank = range(len(ANGLE_PATTERNS), columns.shape[1])
     found = columns.copy()
-    for some, before in ((slice(loop, loop + 1), [gain]), (slice(bank, None), [gain, loop])):
+    for some, before in (([loop], [gain]), ([viscous], [gain, lag, loop]), (bank, [gain, loop])):
         known = np.linalg.qr(found[:, before])[0]
         found[:, some] -= known @ (known.T @ found[:, some])
     return found
@@ -306,7 +317,7 @@ def driving(track: Track, driven: bool) -> tuple[Column, Column]:
 def _angle_patterns(
     pair: Pair, angle: Column, drive: tuple[Column, Column], response: ResponseModel, span: float
 ) -> Column:
-    """(n, 11) in the order of ANGLE_PATTERNS; `angle` from where its sensor has its zero."""
+    """(n, 12) in the order of ANGLE_PATTERNS; `angle` from where its sensor has its zero."""
     dt, p0, (p1, p2) = pair.dt_s, response.p0_mpa, drive
     here = response.angle(p1, p2, dt)
     step, share = 0.005 * p0, 0.01
@@ -321,12 +332,15 @@ def _angle_patterns(
     massless = replace(response, balance=replace(response.balance, inertia_s=0.0))
     more = np.full_like(angle, 1.0 + LOOP_STEP)
     loop = (massless.balanced(angle, np.zeros_like(angle), more, dt) - angle) / LOOP_STEP
+    slower = -VISCOUS_STEP_S * np.gradient(angle, dt)
+    viscous = (massless.balanced(angle, slower, np.ones_like(angle), dt) - angle) / VISCOUS_STEP_S
     return np.column_stack(
         [
             np.full_like(angle, span),
             angle,
             -np.gradient(angle, dt),
             loop,
+            viscous,
             *through,
             angle * np.log(mean),
             span * elapsed,

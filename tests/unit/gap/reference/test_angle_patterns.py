@@ -1,5 +1,7 @@
 """What may differ in the angle: each pattern is by itself, and together they hold what they held before."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from support.plants.gap_rigs import baselines, model, session
@@ -7,7 +9,7 @@ from support.plants.gap_rigs import baselines, model, session
 from rig.gap.hypotheses.scenes import parts_of_angle
 from rig.gap.records.pairs import pair_up
 from rig.gap.reference.build import Expected, Kind, expect
-from rig.gap.reference.expectation import ANGLE_PATTERNS, BANK, Parts
+from rig.gap.reference.expectation import ANGLE_PATTERNS, BANK, VISCOUS, Parts
 from rig.gap.settings import BuildSpread, fitted
 
 GAIN, LOOP = ANGLE_PATTERNS.index("gain"), ANGLE_PATTERNS.index("loop")
@@ -53,7 +55,37 @@ def test_all_that_a_joint_rubbing_more_does_is_gain_and_loop(beside: Expected, p
     assert np.linalg.norm(left) < 0.05 * np.linalg.norm(wider)
 
 
-def test_on_another_build_what_may_differ_may_be_several_times_as_much(parts: Parts) -> None:
+def test_all_that_more_viscous_friction_does_is_what_days_differ_in() -> None:
+    paired = pair_up(session(40), [list(baselines()[0])], model().p0_mpa)
+    expected = expect(Kind.SESSION, False, model(), paired)
+    parts, response, less = parts_of_angle(expected)[0], expected.response, []
+    slower = replace(response, balance=replace(response.balance, viscous_s=response.balance.viscous_s + 2e-3))
+    for track, base in zip(expected.tracks, expected.base, strict=True):
+        # solved from the slower joint: what the usual one does otherwise
+        angle, dt_s = base - response.zero_deg, track.pair.dt_s
+        pulled = 2e-3 * np.gradient(angle, dt_s)
+        less.append(slower.balanced(angle, pulled, np.ones_like(angle), dt_s) - angle)
+    faster = parts.lines.of(np.concatenate(less))
+    named = [parts.names.index(name) for name in ("gain", "lag_s", "loop", VISCOUS)]
+    assert share_left(faster, parts.columns[:, named]) < 0.05
+    assert share_left(faster, parts.columns[:, named[:-1]]) > 0.08, "and a lag with a wider loop is not all of it"
+    assert max(alike(parts.columns[:, named[-1]], parts.columns[:, one]) for one in named[:-1]) < 1e-9
+
+
+def share_left(column: np.ndarray, patterns: np.ndarray) -> float:
+    """Of (l,), beside patterns (l, m); by norms."""
+    left = column - patterns @ np.linalg.lstsq(patterns, column, rcond=None)[0]
+    return float(np.linalg.norm(left) / np.linalg.norm(column))
+
+
+def test_a_simulators_viscous_friction_is_asked_for_and_not_doubted() -> None:
+    alone = expect(Kind.SIMULATOR, False, model(), pair_up(session(40), [], model().p0_mpa))
+    assert VISCOUS not in parts_of_angle(alone)[0].names
+    assert VISCOUS not in fitted().levels["simulator"].angle.patterns
+
+
+def test_on_another_build_what_may_differ_may_be_several_times_as_much() -> None:
+    parts = parts_of_angle(expect(Kind.SIMULATOR, True, model(), pair_up(session(40), [], model().p0_mpa)))[0]
     levels = fitted().levels["sister"].angle
     known = parts.factor(levels, fitted().prior)
     healthy, wider = known.healthy, known.of_any_build(BuildSpread(0.2, 4.0)).healthy
