@@ -111,8 +111,8 @@ def weigh(question: Question) -> tuple[list[Signature], Expected, tuple[Posterio
     if any(signature.found and signature.effect == "lost_samples" for signature in signatures):
         pairing = _bridged(question, pairing)
     expected = expect(question.kind, question.sister, question.model, pairing)
-    marked_deg2 = sum(signature.smoothed_deg2 for signature in signatures if signature.found)
-    expected = replace(expected, marked_deg2=marked_deg2, known_hz=question.known_hz)
+    signatures_deg2 = sum(signature.smoothed_deg2 for signature in signatures if signature.found)
+    expected = replace(expected, signatures_deg2=signatures_deg2, known_hz=question.known_hz)
     fitting = [effect for effect in effects if not effect.signature]
     return signatures, *_judged(question, expected, fitting, question.settings)
 
@@ -129,12 +129,12 @@ def _fingerprint(question: Question) -> Fingerprint | None:
 
 
 def _misfit_deg(model: Model, expected: Expected) -> float | None:
-    return misfit_deg(model, expected.pairs, [track.reference.angle_deg for track in expected.tracks])
+    return misfit_deg(model, expected.pairs, [context.reference.angle_deg for context in expected.contexts])
 
 
 def _of_another_rig(missed_deg: float, expected: Expected) -> str:
     """A note where a model that misses the earlier days by so many degrees does not follow them at all; else none."""
-    spread = float(np.std(np.concatenate([track.reference.angle_deg for track in expected.tracks])))
+    spread = float(np.std(np.concatenate([context.reference.angle_deg for context in expected.contexts])))
     if missed_deg <= ANOTHER_RIG * spread:
         return ""
     return (
@@ -161,7 +161,7 @@ def _judged(
     if not expected.driven or not question.ahead:
         return expected, seconded(judged(angle_stand(expected, settings)))
     ahead = judged(pressure_stand(expected, settings))
-    days = pressure_days(expected.tracks)
+    days = pressure_days(expected.contexts)
     given = {name: _given(ahead, name, expected, days, settings) for name in ahead.likely(STILL_LIKELY)}
     found = {name: judged(angle_stand(given[name], settings)) for name in given}
     faint = _faint(ahead, given, expected, days, settings)

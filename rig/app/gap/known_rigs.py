@@ -109,7 +109,7 @@ def _by_fingerprint(known: Fingerprint) -> Rig:
     if not kept:
         return rig
     itself = from_response(rig.response, pair_up(kept, [], known.p0_mpa, pressures=driven))
-    return as_steady_as(rig, itself.tracks)
+    return as_steady_as(rig, itself.contexts)
 
 
 def _by_simulator(model: Model, *, sister: bool) -> Rig:

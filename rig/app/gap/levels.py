@@ -156,8 +156,8 @@ def uncorrected(model: Model) -> Model:
 
 def _healthy(family: str, expected: Expected) -> HealthyDay:
     angle, _ = parts_of_angle(expected)
-    reference = np.concatenate([track.reference.angle_deg for track in expected.tracks])
-    measured = np.concatenate([track.pair.case.angle_deg for track in expected.tracks])
+    reference = np.concatenate([context.reference.angle_deg for context in expected.contexts])
+    measured = np.concatenate([context.pair.case.angle_deg for context in expected.contexts])
     commanded = rms(measured - reference, angle.lines.used) / angle.span
     return HealthyDay(
         family,

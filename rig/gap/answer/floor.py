@@ -7,7 +7,7 @@ import numpy as np
 
 from rig.gap.reference.build import Expected, Kind, rms_of
 from rig.gap.reference.own_days import angle_days, own_floor
-from rig.gap.reference.unrepeated import Unrepeated, of_tracks
+from rig.gap.reference.unrepeated import Unrepeated, of_contexts
 from rig.gap.settings import Fitted
 
 LEAST_DEG = 1e-6
@@ -27,12 +27,12 @@ class Floor:
 def floor_of(expected: Expected, settings: Fitted) -> Floor:
     """What is usual, or what the rig's own days differ by, and no less than what the reference is known to miss, of the
     angle and through the pressures, or than what the rig does not repeat."""
-    moves_deg = float(np.ptp(np.concatenate([track.reference.angle_deg for track in expected.tracks])))
+    moves_deg = float(np.ptp(np.concatenate([context.reference.angle_deg for context in expected.contexts])))
     usual = settings.levels[expected.levels].commanded_floor * moves_deg
     commanded = partial(angle_days, response=expected.response, driven=False)
-    own = own_floor(usual, commanded(expected.tracks), np.concatenate([pair.used for pair in expected.pairs]))
+    own = own_floor(usual, commanded(expected.contexts), np.concatenate([pair.used for pair in expected.pairs]))
     known = float(np.hypot(expected.missed_deg, _through_pressures(expected)))
-    anew = of_tracks(expected.tracks, commanded)
+    anew = of_contexts(expected.contexts, commanded)
     notes = (_unsteady(anew),) if anew.rms > usual else ()
     return Floor(max(own, known, anew.rms, LEAST_DEG), notes)
 
@@ -55,10 +55,10 @@ def _through_pressures(expected: Expected) -> float:
     errors to first order)."""
     missed, response = expected.missed_mpa, expected.response
     one, other = [], []
-    for track in expected.tracks:
-        p1, p2, dt_s = track.reference.p1_mpa, track.reference.p2_mpa, track.pair.dt_s
+    for context in expected.contexts:
+        p1, p2, dt_s = context.reference.p1_mpa, context.reference.p2_mpa, context.pair.dt_s
         here = response.angle(p1, p2, dt_s)
         one.append(response.angle(p1 + missed, p2, dt_s) - here)
         other.append(response.angle(p1, p2 + missed, dt_s) - here)
-    pairs = [track.pair for track in expected.tracks]
+    pairs = [context.pair for context in expected.contexts]
     return float(np.hypot(rms_of(one, pairs), rms_of(other, pairs)))

@@ -288,7 +288,7 @@ def _where(
     findings: Findings, causes: Sequence[Cause], gaps: Sequence[Column], left_deg: float, floor_deg: float
 ) -> Where:
     pairs = findings.expected.pairs
-    healthy = [track.reference.angle_deg for track in findings.expected.tracks]
+    healthy = [context.reference.angle_deg for context in findings.expected.contexts]
     return Where(
         causes[0].stage if causes else None,
         shares=_shares(findings),
@@ -306,7 +306,9 @@ def _shares(findings: Findings) -> dict[str, float]:
     if findings.pressures is None:
         return {}
     pairs, expected = findings.expected.pairs, findings.expected
-    through = [base - track.reference.angle_deg for base, track in zip(expected.base, expected.tracks, strict=True)]
+    through = [
+        base - context.reference.angle_deg for base, context in zip(expected.base, expected.contexts, strict=True)
+    ]
     behind = [pair.case.angle_deg - base for pair, base in zip(pairs, expected.base, strict=True)]
     ahead, after = (rms_of(from_own_zeros(some, expected), pairs) ** 2 for some in (through, behind))
     return {"valve": ahead / max(ahead + after, 1e-12), "downstream": after / max(ahead + after, 1e-12)}

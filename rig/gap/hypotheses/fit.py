@@ -18,7 +18,7 @@ from rig.gap.response.propagate import (
     Applied,
     Course,
     Ready,
-    Track,
+    RecordContext,
     angle_with,
     pressures_with,
     ready,
@@ -154,9 +154,9 @@ class Fit:
     """Share of what it changes by which its law is likely wrong, by what it leaves: root mean square."""
 
 
-def pressure_change(tracks: Sequence[Track], response: ResponseModel) -> Change:
+def pressure_change(contexts: Sequence[RecordContext], response: ResponseModel) -> Change:
     """Both monitors, valve 1 of every record and then valve 2."""
-    course = Course(tuple(tracks))
+    course = Course(tuple(contexts))
     usual = course.reference
 
     def change(causes: Sequence[Ready]) -> Column:
@@ -166,9 +166,11 @@ def pressure_change(tracks: Sequence[Track], response: ResponseModel) -> Change:
     return change
 
 
-def angle_change(tracks: Sequence[Track], base: Sequence[Column], response: ResponseModel, driven: bool) -> Change:
+def angle_change(
+    contexts: Sequence[RecordContext], base: Sequence[Column], response: ResponseModel, driven: bool
+) -> Change:
     """The angle, under the measured pressures when `driven`, else under the commands."""
-    course, expected = Course(tuple(tracks)), np.concatenate(list(base))
+    course, expected = Course(tuple(contexts)), np.concatenate(list(base))
     pressures = course.measured if driven else None
 
     def change(causes: Sequence[Ready]) -> Column:

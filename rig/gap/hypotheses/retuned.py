@@ -15,25 +15,25 @@ import numpy as np
 from rig.gap.hypotheses.fit import Elsewhere, Unsure, pressure_change
 from rig.gap.reference.expectation import REGULATOR_PATTERNS, REGULATOR_STEP, Parts
 from rig.gap.response.nominal import Reference
-from rig.gap.response.propagate import Applied, Course, Ready, Track, pressures_with, ready
+from rig.gap.response.propagate import Applied, Course, Ready, RecordContext, pressures_with, ready
 from rig.gap.settings import FASTEST_REGULATOR, FactorLevels
 from rig.model.response.model import Regulator, ResponseModel
 from rig.record import Column
 
 
 def unsure_regulators(
-    tracks: Sequence[Track], response: ResponseModel, parts: Parts, levels: FactorLevels, times: Column
+    contexts: Sequence[RecordContext], response: ResponseModel, parts: Parts, levels: FactorLevels, times: Column
 ) -> Unsure:
     """The regulators' time constants in the factor of the pressures, whose lines are known so many `times` (l,) less
     surely: sizes are relative, of both time constants and of exhausting against filling."""
-    expected = _monitors([], tracks, response)
+    expected = _monitors([], contexts, response)
 
     def at(sizes: Column, cause: Applied | None) -> Elsewhere:
-        here = _retuned(tracks, response, sizes)
+        here = _retuned(contexts, response, sizes)
         causes = [] if cause is None else ready([cause], here[1])
         said = _monitors(causes, *here)
         patterns = np.column_stack([
-            (_monitors(causes, *_retuned(tracks, response, sizes + step)) - said) / REGULATOR_STEP
+            (_monitors(causes, *_retuned(contexts, response, sizes + step)) - said) / REGULATOR_STEP
             for step in REGULATOR_STEP * np.eye(len(sizes))
         ])  # fmt: skip
         return Elsewhere(here[1], pressure_change(*here), patterns, _monitors([], *here) - expected - patterns @ sizes)
@@ -43,12 +43,14 @@ def unsure_regulators(
     return Unsure(which, spread, times, at)
 
 
-def _retuned(tracks: Sequence[Track], response: ResponseModel, sizes: Column) -> tuple[list[Track], ResponseModel]:
-    """Tracks and response with other time constants."""
+def _retuned(
+    contexts: Sequence[RecordContext], response: ResponseModel, sizes: Column
+) -> tuple[list[RecordContext], ResponseModel]:
+    """Contexts and response with other time constants."""
     both, apart = sizes.tolist()
     first, second = (_slower(one, both, apart) for one in response.regulators)
     other = replace(response, regulators=(first, second))
-    return [_with_regulators(track, other) for track in tracks], other
+    return [_with_regulators(context, other) for context in contexts], other
 
 
 def _slower(regulator: Regulator, both: float, apart: float) -> Regulator:
@@ -60,14 +62,14 @@ def _slower(regulator: Regulator, both: float, apart: float) -> Regulator:
     )
 
 
-def _with_regulators(track: Track, other: ResponseModel) -> Track:
-    pair, reference, was, quiet = track.pair, track.reference, track.regulated, track.quiet
+def _with_regulators(context: RecordContext, other: ResponseModel) -> RecordContext:
+    pair, reference, was, quiet = context.pair, context.reference, context.regulated, context.quiet
     now = other.pressures(pair.u1_mpa, pair.u2_mpa, pair.dt_s)
     first, second = now[0] - was[0], now[1] - was[1]
     moved = Reference(reference.p1_mpa + first, reference.p2_mpa + second, reference.angle_deg)
-    return replace(track, reference=moved, regulated=now, quiet=(quiet[0] + first, quiet[1] + second))
+    return replace(context, reference=moved, regulated=now, quiet=(quiet[0] + first, quiet[1] + second))
 
 
-def _monitors(causes: Sequence[Ready], tracks: Sequence[Track], response: ResponseModel) -> Column:
+def _monitors(causes: Sequence[Ready], contexts: Sequence[RecordContext], response: ResponseModel) -> Column:
     """(n,) both monitors with these causes, valve 1 of every record and then valve 2."""
-    return np.concatenate(pressures_with(causes, Course(tuple(tracks)), response))
+    return np.concatenate(pressures_with(causes, Course(tuple(contexts)), response))

@@ -5,17 +5,19 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from rig.gap.response.propagate import Track
+from rig.gap.response.propagate import RecordContext
 
 
-def law_scales(tracks: Sequence[Track], regulator_s: float) -> dict[str, float]:
+def law_scales(contexts: Sequence[RecordContext], regulator_s: float) -> dict[str, float]:
     """What the laws' grids count in, from the expected courses of the records and the regulators' time constant."""
-    references = [track.reference for track in tracks]
+    references = [context.reference for context in contexts]
     high = max(float(reference.angle_deg.max()) for reference in references)
     low = min(float(reference.angle_deg.min()) for reference in references)
     pressures = [column for reference in references for column in (reference.p1_mpa, reference.p2_mpa)]
     top, bottom = max(float(column.max()) for column in pressures), min(float(column.min()) for column in pressures)
-    rates = np.concatenate([np.diff(column) / track.pair.dt_s for track in tracks for column in track.regulated])
+    rates = np.concatenate(
+        [np.diff(column) / context.pair.dt_s for context in contexts for column in context.regulated]
+    )
     return {
         "one": 1.0,
         "span_deg": 0.5 * (high - low),

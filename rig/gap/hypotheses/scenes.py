@@ -18,7 +18,7 @@ from rig.gap.reference.fast import doubt
 from rig.gap.reference.own_days import angle_days, own_factor, pressure_days
 from rig.gap.reference.unrepeated import shown_by, with_unrepeated
 from rig.gap.response.lateness import displaced
-from rig.gap.response.propagate import Track, as_late_as_measured
+from rig.gap.response.propagate import RecordContext, as_late_as_measured
 from rig.gap.settings import ENVELOPE_EVEN, ENVELOPE_HZ, ZERO_BY_HAND, Fitted, Prior
 from rig.model.effect_stages import EFFECT_STAGES
 from rig.model.slots import AHEAD
@@ -69,24 +69,26 @@ def angle_stand(expected: Expected, settings: Fitted) -> Stand:
 
 def parts_of_pressures(expected: Expected) -> tuple[Parts, Column]:
     """What may differ in the pressures, with what this rig does not repeat; and (n, K) the earlier days."""
-    parts = pressure_parts(expected.tracks, expected.pairing.p0_mpa, expected.response)
+    parts = pressure_parts(expected.contexts, expected.pairing.p0_mpa, expected.response)
     return _with_days(parts, expected, pressure_days)
 
 
 def parts_of_angle(expected: Expected) -> tuple[Parts, Column]:
     """What may differ in the angle, with what this rig does not repeat; and (n, K) the earlier days."""
     response, driven = expected.response, expected.driven
-    parts = angle_parts(expected.tracks, expected.base, response, driven)
+    parts = angle_parts(expected.contexts, expected.base, response, driven)
     parts = parts.without(VISCOUS) if expected.kind is Kind.SIMULATOR else parts
     read_right = () if expected.misread is None else expected.misread.days_mpa
     return _with_days(parts, expected, partial(angle_days, response=response, driven=driven, misread_mpa=read_right))
 
 
-def _with_days(parts: Parts, expected: Expected, days_of: Callable[[Sequence[Track]], Column]) -> tuple[Parts, Column]:
+def _with_days(
+    parts: Parts, expected: Expected, days_of: Callable[[Sequence[RecordContext]], Column]
+) -> tuple[Parts, Column]:
     if expected.planned:
         return parts, np.zeros((len(parts.gap), 0))
-    shown = shown_by(expected.tracks, days_of)
-    return with_unrepeated(parts, expected.tracks, shown), shown[:, : len(expected.tracks[0].pair.sessions)]
+    shown = shown_by(expected.contexts, days_of)
+    return with_unrepeated(parts, expected.contexts, shown), shown[:, : len(expected.contexts[0].pair.sessions)]
 
 
 def pressure_scene(expected: Expected, settings: Fitted, whole: Expected | None = None) -> Scene:
@@ -95,24 +97,24 @@ def pressure_scene(expected: Expected, settings: Fitted, whole: Expected | None 
     levels = known.pressures.later(expected.unsure_lag_s)
     parts, days = parts_of_pressures(expected)
     factor = own_factor(parts, days, levels, settings.prior).of_any_build(known.builds)
-    factor = factor.doubting(motion_doubt(expected.tracks, expected.response))
+    factor = factor.doubting(motion_doubt(expected.contexts, expected.response))
     factor = factor.at_least(expected.missed_mpa).noisier(expected.anew_mpa**2)
     times = _where_fast(factor.lines, expected)
     factor = factor.less_sure(times)
     if expected.kind is Kind.FINGERPRINT:
         factor = factor.standing_off(expected.missed_mpa)
-    moving = float(np.std(np.concatenate([track.reference.p1_mpa for track in expected.tracks])))
-    scales = law_scales((whole or expected).tracks, expected.response.tau0_s)
-    change = pressure_change(expected.tracks, expected.response)
+    moving = float(np.std(np.concatenate([context.reference.p1_mpa for context in expected.contexts])))
+    scales = law_scales((whole or expected).contexts, expected.response.tau0_s)
+    change = pressure_change(expected.contexts, expected.response)
     scene = Scene(factor, change, expected.response, scales, moving, settings.prior, known.odds)
     if expected.kind is not Kind.SIMULATOR:
         return scene
-    return replace(scene, unsure=unsure_regulators(expected.tracks, expected.response, parts, levels, times))
+    return replace(scene, unsure=unsure_regulators(expected.contexts, expected.response, parts, levels, times))
 
 
 def angle_scene(expected: Expected, settings: Fitted, whole: Expected | None = None) -> Scene:
     """The angle of some records; scales are those of the `whole`."""
-    tracks, base, response = expected.tracks, expected.base, expected.response
+    contexts, base, response = expected.contexts, expected.base, expected.response
     known = settings.levels[expected.levels]
     levels = known.angle.later(0.0 if expected.driven else expected.unsure_lag_s)
     levels = levels if expected.misread is None else expected.misread.levels(levels)
@@ -125,16 +127,16 @@ def angle_scene(expected: Expected, settings: Fitted, whole: Expected | None = N
     if expected.zeroed:
         factor = factor.standing_off(ZERO_BY_HAND * parts.span)
     if expected.driven:
-        factor = factor.doubting(mean_doubt(tracks, base, response))
+        factor = factor.doubting(mean_doubt(contexts, base, response))
     if expected.driven and expected.kind is not Kind.SIMULATOR:  # a simulator is asked itself under these pressures
         factor = _answering_other_pressures(factor, expected, settings.prior)
     factor = factor.at_least(expected.missed_deg).noisier(expected.anew_deg**2)
-    factor = factor.less_sure(_where_fast(factor.lines, expected)).noisier(expected.marked_deg2)
+    factor = factor.less_sure(_where_fast(factor.lines, expected)).noisier(expected.signatures_deg2)
     if expected.kind is Kind.FINGERPRINT:
         factor = factor.standing_off(expected.missed_deg)
     moving = float(np.std(np.concatenate(base)))
-    scales = law_scales((whole or expected).tracks, expected.response.tau0_s)
-    change = angle_change(tracks, base, response, expected.driven)
+    scales = law_scales((whole or expected).contexts, expected.response.tau0_s)
+    change = angle_change(contexts, base, response, expected.driven)
     return Scene(factor, change, response, scales, moving, settings.prior, known.odds)
 
 
@@ -142,16 +144,16 @@ def _answering_other_pressures(factor: Factor, expected: Expected, prior: Prior)
     """The same with what is unsure of the angle because the pressures are others than usual, and not only later: the
     description of the rig is as rough in what they change as it is in the angles that it was made from, and what it
     misses of those comes with the motion, at another time than on the earlier days."""
-    tracks = [as_late_as_measured(track) for track in expected.tracks]
-    usual = [track.reference.angle_deg for track in tracks]
+    contexts = [as_late_as_measured(context) for context in expected.contexts]
+    usual = [context.reference.angle_deg for context in contexts]
     moved = np.concatenate(list(expected.base)) - np.concatenate(usual)
     rho = max(expected.response.misfit_deg, expected.missed_deg) / max(float(np.std(np.concatenate(usual))), 1e-9)
     healthy = with_law(factor.healthy, factor.lines, factor.lines.of(moved), rho, prior)
     later_s = np.array([
-        displaced(angle, track.reference.angle_deg, track.pair.dt_s).rms_s(len(angle) * track.pair.dt_s)
-        for track, angle in zip(tracks, expected.base, strict=True)
+        displaced(angle, context.reference.angle_deg, context.pair.dt_s).rms_s(len(angle) * context.pair.dt_s)
+        for context, angle in zip(contexts, expected.base, strict=True)
     ])  # fmt: skip
-    missed = np.concatenate([track.reference.angle_deg - track.propagated for track in tracks])
+    missed = np.concatenate([context.reference.angle_deg - context.propagated for context in contexts])
     return replace(factor, healthy=healthy.with_variance(at_another_time(factor.lines, missed, later_s)))
 
 
@@ -168,19 +170,21 @@ def _where_fast(lines: Lines, expected: Expected) -> Column:
     known from."""
     if not np.isfinite(expected.known_hz):  # no experiments: nothing is fast
         return np.ones_like(lines.frequency_hz)
-    return doubt([track.pair for track in expected.tracks], lines, expected.known_hz)
+    return doubt([context.pair for context in expected.contexts], lines, expected.known_hz)
 
 
 def on_records(expected: Expected, chosen: Sequence[int]) -> Expected:
     """The same with some of its records only."""
-    return replace(expected, tracks=[expected.tracks[k] for k in chosen], base=tuple(expected.base[k] for k in chosen))
+    return replace(
+        expected, contexts=[expected.contexts[k] for k in chosen], base=tuple(expected.base[k] for k in chosen)
+    )
 
 
 def _telling(expected: Expected) -> Expected:
     """Three of its records: the two with the largest gap, and the middle one."""
     sizes = [
-        float(np.mean(((track.pair.case.angle_deg - angle) * track.pair.used) ** 2))
-        for track, angle in zip(expected.tracks, expected.base, strict=True)
+        float(np.mean(((context.pair.case.angle_deg - angle) * context.pair.used) ** 2))
+        for context, angle in zip(expected.contexts, expected.base, strict=True)
     ]
     order = np.argsort(sizes)[::-1]
     return on_records(expected, sorted({int(order[k]) for k in (0, min(1, len(order) - 1), len(order) // 2)}))

@@ -13,7 +13,7 @@ from rig.excite.envelope import check
 from rig.excite.experiment import Entry, RunPlan, Sweep, Timing, expand
 from rig.excite.signals import Chirp, Mixed, Multisine, Signal, Sine, Triangle
 from rig.excite.steps import Staircase
-from rig.gap.response.propagate import Track
+from rig.gap.response.propagate import RecordContext
 
 SINES_HZ = (0.1, 0.2, 0.35, 0.5, 0.8, 1.5, 2.5, 4.0)
 TRIANGLES_HZ = (0.1, 0.3, 0.5)
@@ -44,10 +44,10 @@ class Room:
     """Where the joint may be."""
 
 
-def room_within(tracks: Sequence[Track], allowed: Room) -> Room:
+def room_within(contexts: Sequence[RecordContext], allowed: Room) -> Room:
     """Of what is allowed, what records asked that there are: their rest pressures, and no more than their amplitude."""
-    rests = sorted({round(0.5 * float(np.median(t.pair.u1_mpa + t.pair.u2_mpa)), 3) for t in tracks})
-    swing = max(float(np.ptp(track.pair.u1_mpa)) for track in tracks)
+    rests = sorted({round(0.5 * float(np.median(t.pair.u1_mpa + t.pair.u2_mpa)), 3) for t in contexts})
+    swing = max(float(np.ptp(context.pair.u1_mpa)) for context in contexts)
     return replace(allowed, swing_mpa=min(swing, MOST_SWING_MPA), rests_mpa=tuple(rests))
 
 

@@ -101,7 +101,7 @@ def what_next(
     rivals = hypotheses_of(posteriors)
     if not rivals:  # what the rig repeats need not be found out for nothing
         return None
-    room, settings = room_within(expected.tracks, room or Room()), settings or fitted()
+    room, settings = room_within(expected.contexts, room or Room()), settings or fitted()
     lasted_s = sum(len(pair) * pair.dt_s for pair in expected.pairs)
     return next_experiment(rivals, known_rig(expected), room, settings, seconds, simulator, lasted_s)
 

@@ -16,8 +16,8 @@ from rig.gap.reference.build import Expected, Kind, from_response, rms_of
 from rig.gap.reference.expectation import line_noise
 from rig.gap.reference.fast import known_by_hz
 from rig.gap.reference.own_days import angle_days, pressure_days
-from rig.gap.reference.unrepeated import of_tracks
-from rig.gap.response.propagate import Track
+from rig.gap.reference.unrepeated import of_contexts
+from rig.gap.response.propagate import RecordContext
 from rig.gap.settings import Fitted
 from rig.identify.response.response_fit import GRID_S
 from rig.model.external.simulator import KIND as EXTERNAL
@@ -122,29 +122,29 @@ def _expected_pair(rig: Rig, plan: RunPlan, draw: np.random.Generator) -> Pair:
 def known_rig(expected: Expected) -> Rig:
     """The rig of records that there are, as their reference knows it."""
     if expected.beside_records:
-        return known_by(expected.response, expected.tracks, pressures=expected.driven)
+        return known_by(expected.response, expected.contexts, pressures=expected.driven)
     rig = Rig(
         expected.response,
         expected.levels,
         expected.driven,
-        _noise(expected.tracks),
+        _noise(expected.contexts),
         expected.kind,
         expected.missed_mpa,
         expected.missed_deg,
         known_hz=expected.known_hz,
         grid_s=expected.pairs[0].dt_s,
     )
-    return as_steady_as(rig, expected.tracks)
+    return as_steady_as(rig, expected.contexts)
 
 
-def known_by(response: ResponseModel, days: Sequence[Track], *, pressures: bool) -> Rig:
+def known_by(response: ResponseModel, days: Sequence[RecordContext], *, pressures: bool) -> Rig:
     """The rig of earlier days: records of another kind are known as surely as by a fingerprint of them, and that misses
     its own days."""
-    pairs = [track.pair for track in days]
-    missed_deg = rms_of([track.reference.angle_deg - track.propagated for track in days], pairs)
+    pairs = [context.pair for context in days]
+    missed_deg = rms_of([context.reference.angle_deg - context.propagated for context in days], pairs)
     missed_mpa = [
-        rms_of([track.reference.p1_mpa - track.regulated[0] for track in days], pairs),
-        rms_of([track.reference.p2_mpa - track.regulated[1] for track in days], pairs),
+        rms_of([context.reference.p1_mpa - context.regulated[0] for context in days], pairs),
+        rms_of([context.reference.p2_mpa - context.regulated[1] for context in days], pairs),
     ]
     rig = Rig(
         response,
@@ -159,15 +159,15 @@ def known_by(response: ResponseModel, days: Sequence[Track], *, pressures: bool)
     return as_steady_as(rig, days)
 
 
-def as_steady_as(rig: Rig, tracks: Sequence[Track]) -> Rig:
+def as_steady_as(rig: Rig, contexts: Sequence[RecordContext]) -> Rig:
     """The same that repeats itself as closely as it does in these records."""
     of_angle = partial(angle_days, response=rig.response, driven=rig.pressures)
-    anew_mpa = of_tracks(tracks, pressure_days).rms if rig.pressures else 0.0
-    return replace(rig, anew_deg=of_tracks(tracks, of_angle).rms, anew_mpa=anew_mpa)
+    anew_mpa = of_contexts(contexts, pressure_days).rms if rig.pressures else 0.0
+    return replace(rig, anew_deg=of_contexts(contexts, of_angle).rms, anew_mpa=anew_mpa)
 
 
-def _noise(tracks: Sequence[Track]) -> Noise:
-    pairs = [track.pair for track in tracks]
+def _noise(contexts: Sequence[RecordContext]) -> Noise:
+    pairs = [context.pair for context in contexts]
     angle = float(np.median([line_noise(pair.raw.angle_deg, pair) for pair in pairs]))
     monitors = [line_noise(column, pair) for pair in pairs for column in (pair.raw.p1_mpa, pair.raw.p2_mpa)]
     return Noise(angle, float(np.median(monitors)))

@@ -24,7 +24,7 @@ from rig.gap.reference.kinds import Kind as Kind
 from rig.gap.reference.monitors import Misread
 from rig.gap.reference.simulated import Modelled, at_rest, followed, modelled
 from rig.gap.response.nominal import Reference, describe, mean_session, references_of
-from rig.gap.response.propagate import Applied, Course, Track, angle_under, lay_tracks, ready, response_with
+from rig.gap.response.propagate import Applied, Course, RecordContext, angle_under, contexts_of, ready, response_with
 from rig.gap.settings import LAG_SAID, OUTSIDE_SEEN, RUNS_OFF
 from rig.model.compiled.columns import drive
 from rig.model.fingerprint import Fingerprint, PressureSource
@@ -54,14 +54,14 @@ class Expected:
     levels: str
     """Which levels say how surely it knows the rig."""
     pairing: Pairing
-    tracks: list[Track]
+    contexts: list[RecordContext]
     response: ResponseModel
     base: tuple[Column, ...]
     """Expected angle of each record, under its measured pressures where there are any."""
     missed_mpa: float = 0.0
     missed_deg: float = 0.0
     """Rms by which the reference misses the very records that it was made from, where that is known."""
-    marked_deg2: float = 0.0
+    signatures_deg2: float = 0.0
     """Mean square that what the raw-data tests found (a converter's step, hum, noise) leaves in the smoothed angle: it
     is explained, and no gap of the smoothed records."""
     planned: bool = False
@@ -107,10 +107,11 @@ class Expected:
 def commanded_gaps(expected: Expected, causes: Sequence[Applied] = ()) -> list[Column]:
     """For each record (n,): the case's angle less what the healthy rig would have read under its commands with these
     causes, holes 0."""
-    course = Course(tuple(expected.tracks))
+    course = Course(tuple(expected.contexts))
     _, _, angles = response_with(ready(causes, expected.response), course, expected.response)
     gaps = [
-        track.pair.case.angle_deg - angle for track, angle in zip(expected.tracks, course.split(angles), strict=True)
+        context.pair.case.angle_deg - angle
+        for context, angle in zip(expected.contexts, course.split(angles), strict=True)
     ]
     return from_own_zeros(gaps, expected)
 
@@ -182,9 +183,11 @@ def _from_days(kind: Kind, model: Model | None, pairing: Pairing) -> Expected:
     sessions = [mean_session(pair, pairing.pressures) for pair in pairing.pairs]
     regulators, references = references_of(model, pairing.pairs, sessions)
     response = describe(pairing.pairs, references, pairing.p0_mpa, regulators)
-    tracks = lay_tracks(pairing.pairs, references, response)
-    base = [_under_case(track, response) if pairing.pressures else track.reference.angle_deg for track in tracks]
-    return Expected(kind, Kind.SESSION.value, pairing, tracks, response, tuple(base))
+    contexts = contexts_of(pairing.pairs, references, response)
+    base = [
+        _under_case(context, response) if pairing.pressures else context.reference.angle_deg for context in contexts
+    ]
+    return Expected(kind, Kind.SESSION.value, pairing, contexts, response, tuple(base))
 
 
 def _from_fingerprint(model: Model, pairing: Pairing) -> Expected:
@@ -197,14 +200,14 @@ def _from_fingerprint(model: Model, pairing: Pairing) -> Expected:
             "alone is judged"
         )
     made = from_response(response, replace(pairing, pressures=driven))
-    expected = [track.reference for track in made.tracks]
+    expected = [context.reference for context in made.contexts]
     followed(pairing.pairs, [(one.p1_mpa, one.p2_mpa, one.angle_deg) for one in expected])
     check_direction(
-        [track.pair.case.angle_deg for track in made.tracks],
+        [context.pair.case.angle_deg for context in made.contexts],
         [one.angle_deg for one in expected],
         "what the model's fingerprint expects",
     )
-    seen = [driving(track, driven) for track in made.tracks]
+    seen = [driving(context, driven) for context in made.contexts]
     outside = outside_fingerprint(known, [drive(p1, p2, known.p0_mpa, known.exponent) for p1, p2 in seen], seen)
     levels, missed_mpa, missed_deg = known_how(known)
     lag_s, coarse = _unsure_lag_s(model, pairing)
@@ -268,9 +271,11 @@ def from_response(response: ResponseModel, pairing: Pairing) -> Expected:
     for pair in pairing.pairs:
         p1, p2 = response.monitored(pair.u1_mpa, pair.u2_mpa, pair.dt_s)
         references.append(Reference(p1, p2, response.angle(p1, p2, pair.dt_s)))
-    tracks = lay_tracks(pairing.pairs, references, response)
-    base = [_under_case(track, response) if pairing.pressures else track.reference.angle_deg for track in tracks]
-    return Expected(Kind.FINGERPRINT, Kind.FINGERPRINT.value, pairing, tracks, response, tuple(base))
+    contexts = contexts_of(pairing.pairs, references, response)
+    base = [
+        _under_case(context, response) if pairing.pressures else context.reference.angle_deg for context in contexts
+    ]
+    return Expected(Kind.FINGERPRINT, Kind.FINGERPRINT.value, pairing, contexts, response, tuple(base))
 
 
 def _from_simulator(levels: str, model: Model, pairing: Pairing) -> Expected:
@@ -280,9 +285,9 @@ def _from_simulator(levels: str, model: Model, pairing: Pairing) -> Expected:
     response = describe(pairing.pairs, references, pairing.p0_mpa, regulators)
     zero = model.sensor.parameters.get("offset_deg")
     response = replace(response, zero_deg=0.0 if zero is None else zero.value)
-    tracks = lay_tracks(pairing.pairs, references, response)
+    contexts = contexts_of(pairing.pairs, references, response)
     driven = pairing.pressures and model.muscle.input is Input.PRESSURE
-    base = [_simulated(model, track, response) if driven else track.reference.angle_deg for track in tracks]
+    base = [_simulated(model, context, response) if driven else context.reference.angle_deg for context in contexts]
     if pairing.pressures and not driven:
         pairing = pairing.noting(
             "the model is driven by the command: it says nothing of the pressures, and the angle alone is judged"
@@ -291,7 +296,7 @@ def _from_simulator(levels: str, model: Model, pairing: Pairing) -> Expected:
     check_direction([pair.case.angle_deg for pair in pairing.pairs], [said[2] for said in sessions], "the simulator's")
     lag_s, coarse = _unsure_lag_s(model, pairing)
     judged = replace(pairing, pressures=driven).noting(*coarse)
-    made = Expected(Kind.SIMULATOR, levels, judged, tracks, response, tuple(base))
+    made = Expected(Kind.SIMULATOR, levels, judged, contexts, response, tuple(base))
     other_zero = levels == SISTER and zero is not None
     return replace(
         made,
@@ -306,14 +311,14 @@ def read_right(expected: Expected, wrong: Misread) -> Expected:
     """The same with the angle expected under the pressures less what their monitors misread."""
     response = expected.response
 
-    def base(track: Track, angle: Column) -> Column:
-        p1, p2, dt_s = track.pair.case.p1_mpa, track.pair.case.p2_mpa, track.pair.dt_s
+    def base(context: RecordContext, angle: Column) -> Column:
+        p1, p2, dt_s = context.pair.case.p1_mpa, context.pair.case.p2_mpa, context.pair.dt_s
         if p1 is None or p2 is None:
             return angle
         one, other = wrong.offset_mpa
         return angle + response.angle(p1 - one, p2 - other, dt_s) - response.angle(p1, p2, dt_s)
 
-    return replace(expected, base=tuple(map(base, expected.tracks, expected.base)), misread=wrong)
+    return replace(expected, base=tuple(map(base, expected.contexts, expected.base)), misread=wrong)
 
 
 def _followed(model: Model, pairing: Pairing) -> tuple[Pairing, list[Modelled]]:
@@ -336,26 +341,28 @@ def _followed(model: Model, pairing: Pairing) -> tuple[Pairing, list[Modelled]]:
     return kept.noting(*(f"{reason}; left out" for reason in refused)), [one for _, one in said]
 
 
-def _under_case(track: Track, response: ResponseModel) -> Column:
-    case = track.pair.case
+def _under_case(context: RecordContext, response: ResponseModel) -> Column:
+    case = context.pair.case
     assert case.p1_mpa is not None
     assert case.p2_mpa is not None
-    return angle_under(case.p1_mpa, case.p2_mpa, track, response)
+    return angle_under(case.p1_mpa, case.p2_mpa, context, response)
 
 
-def _simulated(model: Model, track: Track, response: ResponseModel) -> Column:
+def _simulated(model: Model, context: RecordContext, response: ResponseModel) -> Column:
     """The simulator's angle under the measured pressures; by its response model where it runs away under them, or off
     by more than the joint moves, and would move under its commands."""
-    pair = track.pair
+    pair = context.pair
     try:
         said = simulate(model, pair.raw, drive=Input.PRESSURE)
     except ModelError:
-        return _under_case(track, response)
+        return _under_case(context, response)
     assert said.angle_deg is not None
     angle = np.interp(pair.t_s, said.t_s - said.t_s[0], said.angle_deg)
-    moves = max(rms_of([one - float(np.mean(one))], [pair]) for one in (pair.case.angle_deg, track.reference.angle_deg))
+    moves = max(
+        rms_of([one - float(np.mean(one))], [pair]) for one in (pair.case.angle_deg, context.reference.angle_deg)
+    )
     off = rms_of([pair.case.angle_deg - angle], [pair]) > RUNS_OFF * moves
-    return _under_case(track, response) if off else angle
+    return _under_case(context, response) if off else angle
 
 
 def rms_of(columns: Sequence[Column], pairs: Sequence[Pair]) -> float:

@@ -15,7 +15,7 @@ from rig.columns import rms
 from rig.gap.likelihood.gaussian import Gaussian
 from rig.gap.likelihood.lines import Lines, lines_of
 from rig.gap.records.pairs import Pair
-from rig.gap.response.propagate import Track
+from rig.gap.response.propagate import RecordContext
 from rig.gap.settings import (
     ENVELOPE_EVEN,
     ENVELOPE_HZ,
@@ -192,12 +192,12 @@ class Parts:
         return max(prior.effective * min(1.0, seconds / SESSION_S), LEAST_EFFECTIVE)
 
 
-def pressure_parts(tracks: Sequence[Track], p0_mpa: float, response: ResponseModel) -> Parts:
+def pressure_parts(contexts: Sequence[RecordContext], p0_mpa: float, response: ResponseModel) -> Parts:
     """Both monitors against what the reference's regulators give under the commands; valve 1 of every record, then
     valve 2."""
-    pairs = [track.pair for track in tracks]
+    pairs = [context.pair for context in contexts]
     lines = lines_of([len(p) for p in pairs] * 2, [p.dt_s for p in pairs] * 2, [p.used for p in pairs] * 2, TOP_HZ)
-    expected = [track.reference.p1_mpa for track in tracks] + [track.reference.p2_mpa for track in tracks]
+    expected = [context.reference.p1_mpa for context in contexts] + [context.reference.p2_mpa for context in contexts]
     monitors = [pair.case.p1_mpa for pair in pairs] + [pair.case.p2_mpa for pair in pairs]
     measured = [column for column in monitors if column is not None]
     blocks = [
@@ -206,7 +206,7 @@ def pressure_parts(tracks: Sequence[Track], p0_mpa: float, response: ResponseMod
     ]
     first, second = np.concatenate(blocks[: len(pairs)]), np.concatenate(blocks[len(pairs) :])
     zero = np.zeros_like(first)
-    alike = np.concatenate([_regulator_patterns(track, response, valve) for valve in (0, 1) for track in tracks])
+    alike = np.concatenate([_regulator_patterns(context, response, valve) for valve in (0, 1) for context in contexts])
     columns = lines.of(np.hstack([np.vstack([first, zero]), np.vstack([zero, second]), alike]))
     noise = [line_noise(pair.raw.p1_mpa, pair) for pair in pairs] + [
         line_noise(pair.raw.p2_mpa, pair) for pair in pairs
@@ -223,9 +223,9 @@ def pressure_parts(tracks: Sequence[Track], p0_mpa: float, response: ResponseMod
     )
 
 
-def _regulator_patterns(track: Track, response: ResponseModel, valve: int) -> Column:
+def _regulator_patterns(context: RecordContext, response: ResponseModel, valve: int) -> Column:
     """(n, 2) of one valve in the order of REGULATOR_PATTERNS."""
-    pair, (dead_s, fill_s, exhaust_s) = track.pair, response.regulators[valve]
+    pair, (dead_s, fill_s, exhaust_s) = context.pair, response.regulators[valve]
     u = pair.u1_mpa if valve == 0 else pair.u2_mpa
     more, less = 1.0 + REGULATOR_STEP, 1.0 - REGULATOR_STEP
     here = regulated(u, dead_s, fill_s, exhaust_s, pair.dt_s)
@@ -234,19 +234,21 @@ def _regulator_patterns(track: Track, response: ResponseModel, valve: int) -> Co
     return np.column_stack([slower - here, uneven - here]) / REGULATOR_STEP
 
 
-def angle_parts(tracks: Sequence[Track], base: Sequence[Column], response: ResponseModel, driven: bool) -> Parts:
+def angle_parts(
+    contexts: Sequence[RecordContext], base: Sequence[Column], response: ResponseModel, driven: bool
+) -> Parts:
     """The angle against what is expected under its drive: the measured pressures when `driven`, else the
     reference's."""
-    pairs = [track.pair for track in tracks]
+    pairs = [context.pair for context in contexts]
     lines = lines_of([len(p) for p in pairs], [p.dt_s for p in pairs], [p.used for p in pairs], TOP_HZ)
     together = np.concatenate(list(base))
     span = max(float(np.ptp(together)), 1e-3)
-    drives = [driving(track, driven) for track in tracks]
+    drives = [driving(context, driven) for context in contexts]
     named = [
-        _angle_patterns(track.pair, angle - response.zero_deg, drive, response, span)
-        for track, angle, drive in zip(tracks, base, drives, strict=True)
+        _angle_patterns(context.pair, angle - response.zero_deg, drive, response, span)
+        for context, angle, drive in zip(contexts, base, drives, strict=True)
     ]
-    terms = [_bank(*drive, response, track.pair.dt_s) for track, drive in zip(tracks, drives, strict=True)]
+    terms = [_bank(*drive, response, context.pair.dt_s) for context, drive in zip(contexts, drives, strict=True)]
     bank = lines.of(np.concatenate(terms))
     size = np.sqrt(np.sum(bank**2, axis=0) / max(float(lines.used.sum()), 1.0))
     columns = _each_by_itself(np.hstack([lines.of(np.concatenate(named)), bank * (span / np.maximum(size, 1e-9))]))
@@ -275,43 +277,43 @@ def _each_by_itself(columns: Column) -> Column:
     return found
 
 
-def mean_doubt(tracks: Sequence[Track], base: Sequence[Column], response: ResponseModel) -> Column:
+def mean_doubt(contexts: Sequence[RecordContext], base: Sequence[Column], response: ResponseModel) -> Column:
     """(n, 2) what one standard deviation of the law of the mean pressure is worth in the angle, where the measured mean
     is not the expected one: of what the difference counts for, and of what the joint's friction does."""
     parts = []
-    for track, expected in zip(tracks, base, strict=True):
-        (p1, p2), reference, angle = driving(track, True), track.reference, expected - response.zero_deg
+    for context, expected in zip(contexts, base, strict=True):
+        (p1, p2), reference, angle = driving(context, True), context.reference, expected - response.zero_deg
         least = LEAST_SHARE * response.p0_mpa
         ratio = np.maximum(p1 + p2, least) / np.maximum(reference.p1_mpa + reference.p2_mpa, least)
-        rubbed = response.balanced(angle, np.zeros_like(angle), ratio**FRICTION_DOUBT, track.pair.dt_s) - angle
+        rubbed = response.balanced(angle, np.zeros_like(angle), ratio**FRICTION_DOUBT, context.pair.dt_s) - angle
         parts.append(np.column_stack([MEAN_DOUBT * angle * np.log(ratio), rubbed]))
     return np.concatenate(parts)
 
 
-def motion_doubt(tracks: Sequence[Track], response: ResponseModel) -> Column:
+def motion_doubt(contexts: Sequence[RecordContext], response: ResponseModel) -> Column:
     """(2 n, 2) what a joint that moves otherwise than expected does to both monitors, valve 1 of every record and then
     valve 2: one muscle's air is pressed and the other's drawn, and a regulator makes up for it, at once or as late as
     it follows its set-point (of the air that a reference rig pushes back, the latter alone leaves 40 %, both 20)."""
-    span = max(float(np.ptp(np.concatenate([track.reference.angle_deg for track in tracks]))), 1e-3)
+    span = max(float(np.ptp(np.concatenate([context.reference.angle_deg for context in contexts]))), 1e-3)
     parts = []
     for valve, sign in enumerate((1.0, -1.0)):
         takes_s = max(response.regulators[valve][1:])
-        for track in tracks:
-            reference = track.reference
+        for context in contexts:
+            reference = context.reference
             expected = reference.p1_mpa if valve == 0 else reference.p2_mpa
-            otherwise = np.gradient(track.pair.case.angle_deg - reference.angle_deg, track.pair.dt_s) / span
-            late = regulated(otherwise, 0.0, takes_s, takes_s, track.pair.dt_s)
+            otherwise = np.gradient(context.pair.case.angle_deg - reference.angle_deg, context.pair.dt_s) / span
+            late = regulated(otherwise, 0.0, takes_s, takes_s, context.pair.dt_s)
             pushed = sign * VOLUME_DOUBT * takes_s * (expected + ATMOSPHERE_MPA)
             parts.append(np.column_stack([pushed * otherwise, pushed * late]))
     return np.concatenate(parts)
 
 
-def driving(track: Track, driven: bool) -> tuple[Column, Column]:
+def driving(context: RecordContext, driven: bool) -> tuple[Column, Column]:
     """Both pressures that move the joint: the measured ones when `driven`, else the reference's."""
-    case = track.pair.case
+    case = context.pair.case
     if driven and case.p1_mpa is not None and case.p2_mpa is not None:
         return case.p1_mpa, case.p2_mpa
-    return track.reference.p1_mpa, track.reference.p2_mpa
+    return context.reference.p1_mpa, context.reference.p2_mpa
 
 
 def _angle_patterns(

@@ -15,7 +15,7 @@ from rig.columns import rms
 from rig.gap.likelihood.gaussian import Gaussian
 from rig.gap.likelihood.lines import Lines
 from rig.gap.reference.expectation import Factor, Parts
-from rig.gap.response.propagate import Track
+from rig.gap.response.propagate import RecordContext
 from rig.gap.settings import (
     DAY_DEGREES,
     ENVELOPE_EVEN,
@@ -53,16 +53,16 @@ BETWEEN_TWO_DAYS = 2.0
 """The population's levels are of what two days of a rig differ by: twice the variance of one."""
 
 
-def pressure_days(tracks: Sequence[Track]) -> Column:
+def pressure_days(contexts: Sequence[RecordContext]) -> Column:
     """(n, K) both monitors on each earlier day less what the reference's regulators give, valve 1 of every record and
     then valve 2; K is 0 without days."""
-    first = _by_day(tracks, lambda k, track: _less(track.pair.sessions[k].p1_mpa, track.regulated[0]))
-    second = _by_day(tracks, lambda k, track: _less(track.pair.sessions[k].p2_mpa, track.regulated[1]))
+    first = _by_day(contexts, lambda k, context: _less(context.pair.sessions[k].p1_mpa, context.regulated[0]))
+    second = _by_day(contexts, lambda k, context: _less(context.pair.sessions[k].p2_mpa, context.regulated[1]))
     return np.vstack([first, second])
 
 
 def angle_days(
-    tracks: Sequence[Track],
+    contexts: Sequence[RecordContext],
     response: ResponseModel,
     driven: bool,
     misread_mpa: Sequence[tuple[float, float]] = (),
@@ -70,14 +70,14 @@ def angle_days(
     """(n, K) the angle on each earlier day less what its pressures do to it, its own ones when `driven`, without what
     their monitors `misread_mpa` on each day (K of them, where that is known)."""
 
-    def beside_its_pressures(k: int, track: Track) -> Column:
-        day = track.pair.sessions[k]
+    def beside_its_pressures(k: int, context: RecordContext) -> Column:
+        day = context.pair.sessions[k]
         if not driven or day.p1_mpa is None or day.p2_mpa is None:
-            return day.angle_deg - track.propagated
+            return day.angle_deg - context.propagated
         one, other = misread_mpa[k] if misread_mpa else (0.0, 0.0)
-        return day.angle_deg - response.angle(day.p1_mpa - one, day.p2_mpa - other, track.pair.dt_s)
+        return day.angle_deg - response.angle(day.p1_mpa - one, day.p2_mpa - other, context.pair.dt_s)
 
-    return _by_day(tracks, beside_its_pressures)
+    return _by_day(contexts, beside_its_pressures)
 
 
 def _less(measured: Column | None, expected: Column) -> Column:
@@ -85,10 +85,10 @@ def _less(measured: Column | None, expected: Column) -> Column:
     return measured - expected
 
 
-def _by_day(tracks: Sequence[Track], column: Callable[[int, Track], Column]) -> Column:
-    count = len(tracks[0].pair.sessions)
-    days = [np.concatenate([column(k, track) for track in tracks]) for k in range(count)]
-    return np.array(days).T if days else np.zeros((sum(len(track.pair) for track in tracks), 0))
+def _by_day(contexts: Sequence[RecordContext], column: Callable[[int, RecordContext], Column]) -> Column:
+    count = len(contexts[0].pair.sessions)
+    days = [np.concatenate([column(k, context) for context in contexts]) for k in range(count)]
+    return np.array(days).T if days else np.zeros((sum(len(context.pair) for context in contexts), 0))
 
 
 def own_factor(parts: Parts, days: Column, levels: FactorLevels, prior: Prior) -> Factor:

@@ -15,7 +15,7 @@ import numpy as np
 from rig.gap.likelihood.lines import Lines, lines_of
 from rig.gap.records.periods import period_rows
 from rig.gap.reference.expectation import Parts
-from rig.gap.response.propagate import Track
+from rig.gap.response.propagate import RecordContext
 from rig.gap.settings import ENVELOPE_HZ, TOP_HZ
 from rig.record import Column
 
@@ -35,29 +35,35 @@ class Unrepeated:
     loudest_hz: float
 
 
-def shown_by(tracks: Sequence[Track], days_of: Callable[[Sequence[Track]], Column]) -> Column:
+def shown_by(contexts: Sequence[RecordContext], days_of: Callable[[Sequence[RecordContext]], Column]) -> Column:
     """(n, K) a factor's columns on the earlier days; without days, (n, 1) the case's own. `days_of` gives them less
     what a model says of them, so that periods of broken rows compare."""
-    if tracks[0].pair.sessions:
-        return days_of(tracks)
-    return days_of([replace(track, pair=replace(track.pair, sessions=(track.pair.case,))) for track in tracks])
+    if contexts[0].pair.sessions:
+        return days_of(contexts)
+    return days_of(
+        [replace(context, pair=replace(context.pair, sessions=(context.pair.case,))) for context in contexts]
+    )
 
 
-def with_unrepeated(parts: Parts, tracks: Sequence[Track], shown: Column) -> Parts:
+def with_unrepeated(parts: Parts, contexts: Sequence[RecordContext], shown: Column) -> Parts:
     """The same with what the earlier days did not repeat: once for these days, and once for the case, which is no
     quieter. Without days, with what the case itself does not repeat: no simulator follows that."""
-    own = unrepeated(parts.lines, _commands(tracks), shown)
+    own = unrepeated(parts.lines, _commands(contexts), shown)
     noise = np.maximum(parts.noise, own)
-    return replace(parts, noise=noise + own if tracks[0].pair.sessions else noise)
+    return replace(parts, noise=noise + own if contexts[0].pair.sessions else noise)
 
 
-def of_tracks(tracks: Sequence[Track], days_of: Callable[[Sequence[Track]], Column]) -> Unrepeated:
+def of_contexts(contexts: Sequence[RecordContext], days_of: Callable[[Sequence[RecordContext]], Column]) -> Unrepeated:
     """By how much the case differs from the mean of the earlier days for what neither repeats; without days, from
     whatever repeats itself exactly. In the columns' unit."""
-    pairs, count, shown = [track.pair for track in tracks], len(tracks[0].pair.sessions), shown_by(tracks, days_of)
+    pairs, count, shown = (
+        [context.pair for context in contexts],
+        len(contexts[0].pair.sessions),
+        shown_by(contexts, days_of),
+    )
     every = pairs * (len(shown) // sum(map(len, pairs)))
     lines = lines_of([len(p) for p in every], [p.dt_s for p in every], [p.used for p in every], TOP_HZ)
-    variance = unrepeated(lines, _commands(tracks), shown)
+    variance = unrepeated(lines, _commands(contexts), shown)
     mean_square = (1.0 + 1.0 / count if count else 1.0) * float(np.sum(variance)) / len(shown)
     return Unrepeated(math.sqrt(mean_square), float(lines.frequency_hz[np.argmax(variance)]))
 
@@ -81,8 +87,8 @@ def unrepeated(lines: Lines, commands: Sequence[Column], days: Column) -> Column
     return out
 
 
-def _commands(tracks: Sequence[Track]) -> list[Column]:
-    return [track.pair.u1_mpa - track.pair.u2_mpa for track in tracks]
+def _commands(contexts: Sequence[RecordContext]) -> list[Column]:
+    return [context.pair.u1_mpa - context.pair.u2_mpa for context in contexts]
 
 
 def _spectrum(

@@ -43,7 +43,7 @@ class Applied:
 
 
 @dataclass(frozen=True)
-class Track:
+class RecordContext:
     """One pair with its reference, and the parts of the nominal response that every candidate needs."""
 
     pair: Pair
@@ -56,24 +56,24 @@ class Track:
 
 @dataclass(frozen=True)
 class Course:
-    """Tracks end to end: columns (n,) run over all their records, so that a stage is one call."""
+    """Contexts end to end: columns (n,) run over all their records, so that a stage is one call."""
 
-    tracks: tuple[Track, ...]
+    contexts: tuple[RecordContext, ...]
 
     @cached_property
     def ends(self) -> NDArray[np.intp]:
         """(r,) the row after the last of each record."""
-        return np.cumsum([len(track.pair) for track in self.tracks])
+        return np.cumsum([len(context.pair) for context in self.contexts])
 
     @cached_property
     def dt_s(self) -> Column:
         """(r,) of each record."""
-        return np.array([track.pair.dt_s for track in self.tracks])
+        return np.array([context.pair.dt_s for context in self.contexts])
 
     @cached_property
     def reference(self) -> Reference:
         """The healthy rig's columns (n,)."""
-        every = [track.reference for track in self.tracks]
+        every = [context.reference for context in self.contexts]
         return Reference(
             np.concatenate([one.p1_mpa for one in every]),
             np.concatenate([one.p2_mpa for one in every]),
@@ -83,13 +83,13 @@ class Course:
     @cached_property
     def regulated(self) -> tuple[Column, Column]:
         """Both regulators' pressures (n,)."""
-        first, second = ([track.regulated[k] for track in self.tracks] for k in (0, 1))
+        first, second = ([context.regulated[k] for context in self.contexts] for k in (0, 1))
         return np.concatenate(first), np.concatenate(second)
 
     @cached_property
     def quiet(self) -> tuple[Column, Column]:
         """Both pressures of the healthy rig (n,) without the noise of their monitors."""
-        first, second = ([track.quiet[k] for track in self.tracks] for k in (0, 1))
+        first, second = ([context.quiet[k] for context in self.contexts] for k in (0, 1))
         return np.concatenate(first), np.concatenate(second)
 
     @cached_property
@@ -100,7 +100,7 @@ class Course:
     @cached_property
     def measured(self) -> tuple[Column, Column] | None:
         """Both monitors (n,), where all cases have them."""
-        cases = [track.pair.case for track in self.tracks]
+        cases = [context.pair.case for context in self.contexts]
         first = [case.p1_mpa for case in cases if case.p1_mpa is not None]
         second = [case.p2_mpa for case in cases if case.p2_mpa is not None]
         return (np.concatenate(first), np.concatenate(second)) if len(first) == len(second) == len(cases) else None
@@ -110,17 +110,17 @@ class Course:
         return np.split(column, self.ends[:-1])
 
 
-def lay_tracks(pairs: Sequence[Pair], references: Sequence[Reference], nominal: ResponseModel) -> list[Track]:
-    """A track for each pair."""
+def contexts_of(pairs: Sequence[Pair], references: Sequence[Reference], nominal: ResponseModel) -> list[RecordContext]:
+    """A context for each pair."""
     return [_laid(pair, reference, nominal) for pair, reference in zip(pairs, references, strict=True)]
 
 
-def _laid(pair: Pair, reference: Reference, nominal: ResponseModel) -> Track:
+def _laid(pair: Pair, reference: Reference, nominal: ResponseModel) -> RecordContext:
     dt_s = pair.dt_s
     q1, q2 = nominal.pressures(pair.u1_mpa, pair.u2_mpa, dt_s)
     quiet = without_noise(reference.p1_mpa, q1, dt_s), without_noise(reference.p2_mpa, q2, dt_s)
     propagated = nominal.angle(reference.p1_mpa, reference.p2_mpa, dt_s)
-    return Track(pair, reference, (q1, q2), propagated, quiet)
+    return RecordContext(pair, reference, (q1, q2), propagated, quiet)
 
 
 def full_numbers(applied: Applied, nominal: ResponseModel) -> dict[str, float]:
@@ -168,8 +168,8 @@ def pressures_with(causes: Sequence[Ready], course: Course, nominal: ResponseMod
     (p1, p2), (q1, q2) = course.quiet, course.regulated
     ahead = [cause for cause in _in(causes, Slot.TIMING) if not cause.exact]
     if ahead:
-        u1 = np.concatenate([track.pair.u1_mpa for track in course.tracks])
-        u2 = np.concatenate([track.pair.u2_mpa for track in course.tracks])
+        u1 = np.concatenate([context.pair.u1_mpa for context in course.contexts])
+        u2 = np.concatenate([context.pair.u2_mpa for context in course.contexts])
         for cause in ahead:
             _run(cause, u1, u2, u1, course)
         (q1, q2), was = _regulated(u1, u2, course, nominal), (q1, q2)
@@ -182,8 +182,8 @@ def pressures_with(causes: Sequence[Ready], course: Course, nominal: ResponseMod
 
 def _regulated(u1: Column, u2: Column, course: Course, nominal: ResponseModel) -> tuple[Column, Column]:
     """What the nominal regulators make of set-points (n,)."""
-    each = zip(course.split(u1), course.split(u2), course.tracks, strict=True)
-    both = [nominal.pressures(one, other, track.pair.dt_s) for one, other, track in each]
+    each = zip(course.split(u1), course.split(u2), course.contexts, strict=True)
+    both = [nominal.pressures(one, other, context.pair.dt_s) for one, other, context in each]
     return np.concatenate([one for one, _ in both]), np.concatenate([other for _, other in both])
 
 
@@ -194,57 +194,57 @@ def _changed(cause: Ready, p1: Column, p2: Column, course: Course) -> tuple[Colu
 
 
 def _late(causes: Sequence[Ready], course: Course) -> Course:
-    """`late` of every track."""
+    """`late` of every context."""
     if not any(cause.exact and cause.slot is Slot.TIMING for cause in causes):
         return course
-    return Course(tuple(late(causes, track) for track in course.tracks))
+    return Course(tuple(late(causes, context) for context in course.contexts))
 
 
-def late(causes: Sequence[Ready], track: Track) -> Track:
-    """The track as it would have been under commands that are late: everything in it is as late."""
-    return later(track, sum((cause.late for cause in causes), IN_TIME))
+def late(causes: Sequence[Ready], context: RecordContext) -> RecordContext:
+    """The context as it would have been under commands that are late: everything in it is as late."""
+    return later(context, sum((cause.late for cause in causes), IN_TIME))
 
 
-def as_late_as_measured(track: Track) -> Track:
-    """The track as late as the case's measured pressures are; as it is where none were measured."""
-    p1, p2 = track.pair.case.p1_mpa, track.pair.case.p2_mpa
-    return track if p1 is None or p2 is None else later(track, _behind(track, p1, p2))
+def as_late_as_measured(context: RecordContext) -> RecordContext:
+    """The context as late as the case's measured pressures are; as it is where none were measured."""
+    p1, p2 = context.pair.case.p1_mpa, context.pair.case.p2_mpa
+    return context if p1 is None or p2 is None else later(context, _behind(context, p1, p2))
 
 
-def _behind(track: Track, p1: Column, p2: Column) -> Lateness:
+def _behind(context: RecordContext, p1: Column, p2: Column) -> Lateness:
     """By how much the difference of these pressures is behind the reference's own."""
-    return displaced(p1 - p2, track.reference.p1_mpa - track.reference.p2_mpa, track.pair.dt_s)
+    return displaced(p1 - p2, context.reference.p1_mpa - context.reference.p2_mpa, context.pair.dt_s)
 
 
-def later(track: Track, late: Lateness) -> Track:
+def later(context: RecordContext, late: Lateness) -> RecordContext:
     """Everything in it later by so much."""
     if late == IN_TIME:
-        return track
+        return context
 
     def moved(column: Column) -> Column:
-        return delayed(column, late, track.pair.dt_s)
+        return delayed(column, late, context.pair.dt_s)
 
-    pair, reference = track.pair, track.reference
+    pair, reference = context.pair, context.reference
     return replace(
-        track,
+        context,
         pair=replace(pair, u1_mpa=moved(pair.u1_mpa), u2_mpa=moved(pair.u2_mpa)),
         reference=Reference(moved(reference.p1_mpa), moved(reference.p2_mpa), moved(reference.angle_deg)),
-        regulated=(moved(track.regulated[0]), moved(track.regulated[1])),
-        propagated=moved(track.propagated),
-        quiet=(moved(track.quiet[0]), moved(track.quiet[1])),
+        regulated=(moved(context.regulated[0]), moved(context.regulated[1])),
+        propagated=moved(context.propagated),
+        quiet=(moved(context.quiet[0]), moved(context.quiet[1])),
     )
 
 
-def angle_under(p1: Column, p2: Column, track: Track, nominal: ResponseModel) -> Column:
+def angle_under(p1: Column, p2: Column, context: RecordContext, nominal: ResponseModel) -> Column:
     """The healthy rig's angle had its pressures been p1 and p2.
 
     Pressures that come later make the measured angle as late, whatever made them late; of the rest, the response model
     gives what the difference of the pressures does; their mean changes the stiffness, and with it how much the joint's
     friction and inertia count.
     """
-    reference, dt = track.reference, track.pair.dt_s
-    late = _behind(track, p1, p2)
-    angle = nominal.angle(p1, p2, dt) + delayed(reference.angle_deg - track.propagated, late, dt)
+    reference, dt = context.reference, context.pair.dt_s
+    late = _behind(context, p1, p2)
+    angle = nominal.angle(p1, p2, dt) + delayed(reference.angle_deg - context.propagated, late, dt)
     compliance = _compliance(delayed(reference.p1_mpa + reference.p2_mpa, late, dt), p1 + p2, nominal)
     if abs(float(compliance.mean()) - 1.0) < SAME_STIFFNESS and float(compliance.std()) < SAME_STIFFNESS:
         return angle
@@ -285,8 +285,8 @@ def response_with(causes: Sequence[Ready], course: Course, nominal: ResponseMode
     usual = course.reference
     angle = usual.angle_deg
     if p1 is not usual.p1_mpa or p2 is not usual.p2_mpa:
-        each = zip(course.split(p1), course.split(p2), course.tracks, strict=True)
-        angle = np.concatenate([angle_under(one, other, track, nominal) for one, other, track in each])
+        each = zip(course.split(p1), course.split(p2), course.contexts, strict=True)
+        angle = np.concatenate([angle_under(one, other, context, nominal) for one, other, context in each])
     return p1, p2, angle_with(causes, p1, p2, angle, course, nominal)
 
 

@@ -186,11 +186,11 @@ def test_a_delay_put_onto_a_real_joint_is_exact_and_leaves_nothing_behind_the_mo
     first, second = wrist(shared)
     said = expected(first, [later(record, delay_s) for record in second], pressures=True)
     assert found("delay", said)[0] == pytest.approx(delay_s, rel=EXACT)
-    left = np.concatenate([t.pair.case.angle_deg - b for t, b in zip(said.tracks, said.base, strict=True)])
+    left = np.concatenate([t.pair.case.angle_deg - b for t, b in zip(said.contexts, said.base, strict=True)])
     in_time = []
-    for track in said.tracks:
-        case, usual = track.pair.case, track.reference.angle_deg - track.propagated
-        in_time.append(case.angle_deg - usual - said.response.angle(case.p1_mpa, case.p2_mpa, track.pair.dt_s))
+    for context in said.contexts:
+        case, usual = context.pair.case, context.reference.angle_deg - context.propagated
+        in_time.append(case.angle_deg - usual - said.response.angle(case.p1_mpa, case.p2_mpa, context.pair.dt_s))
     assert np.std(left) < 0.5 * np.std(np.concatenate(in_time))
 
 
@@ -251,19 +251,19 @@ def test_an_exact_stage_does_not_depend_on_the_nominal_rig(stage: str) -> None:
     size = EFFECT_STAGES[stage].size
     causes = ready([Applied(stage, {size: 0.02})], said.response)
     other = replace(said.response, regulators=((0.01, 0.3, 0.2), (0.0, 0.1, 0.2)))
-    for track in said.tracks:
-        own, strange = (response_with(causes, Course((track,)), response) for response in (said.response, other))
+    for context in said.contexts:
+        own, strange = (response_with(causes, Course((context,)), response) for response in (said.response, other))
         assert own[0] == pytest.approx(strange[0], abs=1e-12)
         assert own[1] == pytest.approx(strange[1], abs=1e-12)
 
 
 def test_a_late_track_is_the_track_some_rows_before() -> None:
     said = expected(*days("mckibben"), pressures=True)
-    track = said.tracks[0]
-    moved = late(ready([Applied("delay", {"delay_s": 3 * track.pair.dt_s})], said.response), track)
-    assert moved.reference.angle_deg[3:] == pytest.approx(track.reference.angle_deg[:-3])
-    assert moved.regulated[1][3:] == pytest.approx(track.regulated[1][:-3])
-    assert late((), track) is track
+    context = said.contexts[0]
+    moved = late(ready([Applied("delay", {"delay_s": 3 * context.pair.dt_s})], said.response), context)
+    assert moved.reference.angle_deg[3:] == pytest.approx(context.reference.angle_deg[:-3])
+    assert moved.regulated[1][3:] == pytest.approx(context.regulated[1][:-3])
+    assert late((), context) is context
 
 
 @pytest.mark.parametrize("poles", [1.0, 4.0, 8.0])

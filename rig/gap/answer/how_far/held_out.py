@@ -30,7 +30,7 @@ class HowFar:
 def how_far(causes: Sequence[tuple[str, Fit]], expected: Expected, model: Model | None, settings: Fitted) -> HowFar:
     """Causes with the factor that each was found on; each record, or half of the only one, is judged by a fit to the
     other half."""
-    squares = np.zeros(len(expected.tracks))
+    squares = np.zeros(len(expected.contexts))
     for some, judged in _folds(expected):
         applied = [_refitted(k, causes, some, settings, expected) for k in range(len(causes))]
         remaining = remaining_gap(model, applied, expected)
@@ -42,14 +42,16 @@ def how_far(causes: Sequence[tuple[str, Fit]], expected: Expected, model: Model 
 def _folds(expected: Expected) -> Iterator[tuple[Expected, list[Column]]]:
     """What a fit sees, and the rows (n,) of every record that it is judged on: 1 there, 0 elsewhere. Every measured row
     is judged once."""
-    halves = in_halves([track.pair.used for track in expected.tracks])
+    halves = in_halves([context.pair.used for context in expected.contexts])
     for half in (0, 1):
-        seen = [track.pair.used * (rows != half) for track, rows in zip(expected.tracks, halves, strict=True)]
-        judged = [track.pair.used * (rows == half) for track, rows in zip(expected.tracks, halves, strict=True)]
+        seen = [context.pair.used * (rows != half) for context, rows in zip(expected.contexts, halves, strict=True)]
+        judged = [context.pair.used * (rows == half) for context, rows in zip(expected.contexts, halves, strict=True)]
         shown = [k for k, rows in enumerate(seen) if rows.any()]
         some = on_records(expected, shown)
-        tracks = [replace(one, pair=replace(one.pair, used=seen[k])) for one, k in zip(some.tracks, shown, strict=True)]
-        yield replace(some, tracks=tracks), judged
+        contexts = [
+            replace(one, pair=replace(one.pair, used=seen[k])) for one, k in zip(some.contexts, shown, strict=True)
+        ]
+        yield replace(some, contexts=contexts), judged
 
 
 def _refitted(k: int, causes: Sequence[tuple[str, Fit]], some: Expected, settings: Fitted, whole: Expected) -> Applied:

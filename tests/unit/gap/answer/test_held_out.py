@@ -64,4 +64,4 @@ def test_what_one_half_of_a_record_teaches_holds_for_the_other() -> None:
     assert found.gap.after_deg < 0.5 * found.gap.rms_deg
     assert found.retuning is not None
     assert found.retuning.after_deg > 0.0
-    assert len(grounds.expected.tracks) == 1
+    assert len(grounds.expected.contexts) == 1

@@ -44,8 +44,8 @@ def test_a_wider_loop_holds_no_gain_and_the_terms_neither(parts: Parts) -> None:
 
 def test_all_that_a_joint_rubbing_more_does_is_gain_and_loop(beside: Expected, parts: Parts) -> None:
     response, more = beside.response, []
-    for track, base in zip(beside.tracks, beside.base, strict=True):
-        angle, dt_s = base - response.zero_deg, track.pair.dt_s
+    for context, base in zip(beside.contexts, beside.base, strict=True):
+        angle, dt_s = base - response.zero_deg, context.pair.dt_s
         still = np.zeros_like(angle)
         more.append(response.balanced(angle, still, np.full_like(angle, 1.02), dt_s) - angle)
     wider = parts.lines.of(np.concatenate(more))
@@ -60,9 +60,9 @@ def test_all_that_more_viscous_friction_does_is_what_days_differ_in() -> None:
     expected = expect(Kind.SESSION, False, model(), paired)
     parts, response, less = parts_of_angle(expected)[0], expected.response, []
     slower = replace(response, balance=replace(response.balance, viscous_s=response.balance.viscous_s + 2e-3))
-    for track, base in zip(expected.tracks, expected.base, strict=True):
+    for context, base in zip(expected.contexts, expected.base, strict=True):
         # solved from the slower joint: what the usual one does otherwise
-        angle, dt_s = base - response.zero_deg, track.pair.dt_s
+        angle, dt_s = base - response.zero_deg, context.pair.dt_s
         pulled = 2e-3 * np.gradient(angle, dt_s)
         less.append(slower.balanced(angle, pulled, np.ones_like(angle), dt_s) - angle)
     faster = parts.lines.of(np.concatenate(less))

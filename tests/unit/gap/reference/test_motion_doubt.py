@@ -26,10 +26,10 @@ def beside_a_day() -> Expected:
 def doubt(expected: Expected, deg: float) -> tuple[Column, Column]:
     """Of both valves, where the joint swings by so many degrees at 1 Hz beside what is expected."""
     moved = []
-    for track in expected.tracks:
-        pair = track.pair
-        angle = track.reference.angle_deg + deg * np.sin(2 * np.pi * pair.dt_s * np.arange(len(pair)))
-        moved.append(replace(track, pair=replace(pair, case=replace(pair.case, angle_deg=angle))))
+    for context in expected.contexts:
+        pair = context.pair
+        angle = context.reference.angle_deg + deg * np.sin(2 * np.pi * pair.dt_s * np.arange(len(pair)))
+        moved.append(replace(context, pair=replace(pair, case=replace(pair.case, angle_deg=angle))))
     first, second = np.split(motion_doubt(moved, expected.response)[:, 0], 2)
     return first, second
 

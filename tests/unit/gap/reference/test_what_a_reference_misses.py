@@ -42,7 +42,7 @@ def answers(request: pytest.FixtureRequest) -> list[tuple[float, Grounds]]:
 def test_the_floor_is_no_less_than_what_regulators_miss(answers: list[tuple[float, Grounds]]) -> None:
     (sure, _), (unsure, grounds) = answers
     response = grounds.expected.response
-    pair = grounds.expected.tracks[0]
+    pair = grounds.expected.contexts[0]
     p1, p2, dt_s = pair.reference.p1_mpa, pair.reference.p2_mpa, pair.pair.dt_s
     per_mpa = np.std(response.angle(p1, p2, dt_s)) / np.std(p1 - p2)
     through = np.sqrt(2.0) * MISSED_MPA * per_mpa
