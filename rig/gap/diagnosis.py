@@ -28,7 +28,8 @@ def diagnose(
     """Where the gap between simulator and rig lies, which effect causes it and how far it shrinks with that effect
     added.
 
-    `baselines` holds one list of records a session of an earlier day. `reference` is auto, sessions, session,
+    `baselines` holds one list of records a session of an earlier day, all of them healthy (`rig.gap.records.odd_days`
+    finds those that do not go with the others). `reference` is auto, sessions, session,
     fingerprint or simulator; simulator says that the model was made for another rig of the build, or from data sheets.
     `library` limits the effects by name. Raises RecordError when no record can be used, ModelError when there is
     nothing to compare with, ConfigError for a reference that cannot be had.
@@ -50,13 +51,12 @@ def diagnose_with_grounds(
     effects: Sequence[str] | None = None,
     experiments: Sequence[Sequence[Record]] = (),
     settings: Fitted | None = None,
-    every_day: bool = False,
     room: Room | None = None,
 ) -> tuple[Diagnosis, Grounds]:
     """`diagnose`, with what the answer rests on. `effects`: effects or stages that the rig can have, by its YAML;
     without, as the records' facts say. `experiments`: what was recorded afterwards to tell more, sweep by sweep.
-    `settings`: levels and priors in place of the shipped ones. `every_day`: sessions that no other comes near count as
-    well. `room`: what the rig allows the records that are recommended; careful bounds without it."""
+    `settings`: levels and priors in place of the shipped ones. `room`: what the rig allows the records that are
+    recommended; careful bounds without it."""
     channels = channels_of_call(model, records, baselines)
     able = possible(channels, records, effects)
     withheld = [] if library is None else [name for name in able if name not in library]
@@ -74,7 +74,6 @@ def diagnose_with_grounds(
         withheld=withheld,
         ahead=any(LIBRARY[name].upstream for name in able),
         settings=settings or fitted(),
-        every_day=every_day,
         room=room,
     )
     said, grounds = answer_with(question, experiments)

@@ -12,7 +12,7 @@ from dataclasses import replace
 from rig.errors import RecordError
 from rig.gap.answer.result import Diagnosis
 from rig.gap.evidence.posterior import heard
-from rig.gap.pipeline import FurtherEvidence, Grounds, Question, answer, weigh
+from rig.gap.pipeline import Grounds, Question, SaidByExperiments, answer, weigh
 from rig.gap.reference.build import Kind
 from rig.gap.reference.fast import known_hz
 from rig.identify.response.fingerprint import fingerprint_of
@@ -31,10 +31,10 @@ def answer_with(question: Question, experiments: Sequence[Sequence[Record]]) -> 
     records = [record for some in experiments for record in some]
     if not records:
         return answer(question)
-    return answer(replace(question, further=_further_evidence(_for_experiments(question), records)))
+    return answer(replace(question, experiments=_said_by(_for_experiments(question), records)))
 
 
-def _further_evidence(question: Question, records: Sequence[Record]) -> FurtherEvidence:
+def _said_by(question: Question, records: Sequence[Record]) -> SaidByExperiments:
     """The evidence in the records of experiments once that of the session is known."""
     named = [replace(record, name=f"{number}_{record.name}") for number, record in enumerate(records, 1)]
     before, after = _heard(question), _heard(replace(question, records=[*question.records, *named]))
@@ -44,7 +44,7 @@ def _further_evidence(question: Question, records: Sequence[Record]) -> FurtherE
     }
 
 
-def _heard(question: Question) -> FurtherEvidence:
+def _heard(question: Question) -> SaidByExperiments:
     _, _, posteriors = weigh(question)
     return {posterior.stand.name: heard(posterior) for posterior in posteriors if not posterior.given}
 

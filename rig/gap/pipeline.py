@@ -27,7 +27,6 @@ from rig.gap.raw_tests.repeats import bridged, lost_rows
 from rig.gap.raw_tests.signature import Signature
 from rig.gap.records.kept import pair_with_kept
 from rig.gap.records.pairs import Pairing, pair_up
-from rig.gap.records.strangers import without_strangers
 from rig.gap.reference.build import Expected, Kind, expect, read_right
 from rig.gap.reference.monitors import misread
 from rig.gap.reference.own_days import pressure_days
@@ -47,8 +46,8 @@ class Grounds:
     posteriors: tuple[Posterior, ...]
 
 
-FurtherEvidence = Mapping[str, Mapping[str, float]]
-"""Log evidence (nats) of further experiments, by factor and hypothesis; it is added to the prior odds."""
+SaidByExperiments = Mapping[str, Mapping[str, float]]
+"""Log evidence (nats) of later experiments, by factor and hypothesis; it is added to the prior odds."""
 
 
 @dataclass(frozen=True)
@@ -63,7 +62,7 @@ class Question:
     """The simulator was made for another rig of the build, or from data sheets."""
     pressures: bool = True
     library: Sequence[str] | None = None
-    further: FurtherEvidence = field(default_factory=dict)
+    experiments: SaidByExperiments = field(default_factory=dict)
     known_hz: float = np.inf
     """Fastest excitation that the reference is known from, see `Expected`."""
     withheld: Sequence[str] = ()
@@ -72,8 +71,6 @@ class Question:
     """The rig can have an effect ahead of its pressure monitors at all."""
     settings: Fitted = field(default_factory=fitted)
     """The levels and priors to judge by."""
-    every_day: bool = False
-    """Days that no other day comes near count as well."""
     room: Room | None = None
     """What the rig allows the records that are recommended; None: careful bounds."""
 
@@ -149,14 +146,14 @@ def _judged(
     """What competes on each factor, upstream first; and what was expected of the angle, given what the pressures
     say."""
 
-    def further(stand: Stand) -> Mapping[str, float]:
-        return question.further.get(stand.name, {})
+    def said(stand: Stand) -> Mapping[str, float]:
+        return question.experiments.get(stand.name, {})
 
     def judged(stand: Stand) -> Posterior:
-        return judge(effects, _with_withheld(question, stand), further(stand))
+        return judge(effects, _with_withheld(question, stand), said(stand))
 
     def seconded(alone: Posterior) -> tuple[Posterior, ...]:
-        return with_second(effects, alone, further(alone.stand))
+        return with_second(effects, alone, said(alone.stand))
 
     if not expected.driven or not question.ahead:
         return expected, seconded(judged(angle_stand(expected, settings)))
@@ -222,7 +219,6 @@ def _paired(question: Question, records: Sequence[Record], days: Sequence[Sequen
     if not question.kind.by_days:
         return pair_with_kept(records, _fingerprint(question), p0_mpa, pressures=question.pressures)
     pairing = pair_up(records, days, p0_mpa, pressures=question.pressures)
-    pairing = pairing if question.every_day else without_strangers(pairing)
     if not pairing.pairs[0].sessions:
         raise RecordError(f"--baseline: pairs with no record: {'; '.join(pairing.notes) or 'other sweeps'}")
     return pairing

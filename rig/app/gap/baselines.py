@@ -1,33 +1,15 @@
 """The earlier days that a diagnosis compares with: which sessions they are, that the log under test is not one of them,
-and that one which does not go with the others is left out.
+and that one which does not go with the others (`rig.gap.records.odd_days`) is left out."""
 
-A day on which the rig was ill is no healthy day. Taken for one it makes the rig's days differ by as much as the illness
-changes, and a rig that has it again differs from them by no more than that.
-"""
-
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from itertools import combinations
 from pathlib import Path
-from statistics import median
 from typing import TYPE_CHECKING, Final
 
 from rig.errors import RigError
 
 if TYPE_CHECKING:
     from rig.record import Record
-
-    Pairs = Mapping[tuple[int, int], Sequence[tuple[Record, Record]]]
-
-ODD_RATIO: Final = 3.0
-"""A day is odd when it is so many times farther from the others than they usually are from each other."""
-CHANNELS: Final[Mapping[str, tuple[float, str]]] = {
-    "angle_deg": (0.3, "deg"),
-    "p1_mpa": (0.003, "MPa"),
-    "p2_mpa": (0.003, "MPa"),
-}
-"""What is compared, and the rms difference (after the mean) below which no two days are called different: about what
-monitors resolve."""
 
 
 @dataclass(frozen=True)
@@ -144,7 +126,17 @@ def compared_with(baselines: Sequence[Path], model_file: Path | None = None, *, 
 
 def agreeing(sessions: Sequence[Session], *, every: bool = False) -> EarlierDays:
     """The sessions without those that disagree with the others, which must be most of them; `every` keeps these too."""
-    found = odd_days(sessions)
+    from rig.gap.records.odd_days import odd_days, two_apart
+
+    days = [session.records for session in sessions]
+    if len(days) == 2 and (apart := two_apart(*days)):
+        both = " and ".join(str(session.path) for session in sessions)
+        doubt = f"{both} differ by {apart}: another rig, or a day with a fault; a third day tells which"
+        return EarlierDays(list(sessions), {sessions[-1].path: doubt})
+    found = {
+        sessions[k].path: f"the other days: {apart}; was the rig well on that day?"
+        for k, apart in odd_days(days).items()
+    }
     if every or not found:
         return EarlierDays(list(sessions), {path: f"{path} disagrees with {how}" for path, how in found.items()})
     if 2 * len(found) >= len(sessions):
@@ -153,70 +145,3 @@ def agreeing(sessions: Sequence[Session], *, every: bool = False) -> EarlierDays
     out = "left out (--every-day keeps it)"
     said = {path: f"{path} is {out}: it disagrees with {how}" for path, how in found.items()}
     return EarlierDays([session for session in sessions if session.path not in found], said)
-
-
-def odd_days(sessions: Sequence[Session]) -> dict[Path, str]:
-    """Days that are farther from the others than those are from each other, and how; none of less than three, where
-    nobody can say which."""
-    if len(sessions) < 3:
-        return {}
-    pairs = {
-        (first, second): list(_pairs(sessions[first].records, sessions[second].records))
-        for first, second in combinations(range(len(sessions)), 2)
-    }
-    between = {channel: _distances(channel, pairs) for channel in CHANNELS}
-    found = {}
-    for number, session in enumerate(sessions):
-        apart = [said for channel in CHANNELS if (said := _odd_in(channel, number, between[channel]))]
-        if apart:
-            found[session.path] = f"the other days: {', '.join(apart)}; was the rig well on that day?"
-    return found
-
-
-def _odd_in(channel: str, number: int, between: Mapping[tuple[int, int], float]) -> str:
-    """How far that session is from the others in the channel, where that is too far; else nothing."""
-    floor, unit = CHANNELS[channel]
-    own = [distance for pair, distance in between.items() if number in pair]
-    others = [distance for pair, distance in between.items() if number not in pair]
-    if not own or not others or median(own) <= max(ODD_RATIO * median(others), floor):
-        return ""
-    usually = f"which are {median(others):.2g} {unit} from each other"
-    return f"its {channel.rpartition('_')[0]} is {median(own):.2g} {unit} (rms) from theirs, {usually}"
-
-
-def _distances(channel: str, pairs: "Pairs") -> dict[tuple[int, int], float]:
-    """How far each two sessions are apart in that channel: the median over the records that both have."""
-    found = {}
-    for both, records in pairs.items():
-        apart = [distance for a, b in records if (distance := _apart(channel, a, b)) is not None]
-        if apart:
-            found[both] = median(apart)
-    return found
-
-
-def _pairs(first: "Sequence[Record]", second: "Sequence[Record]") -> "Iterator[tuple[Record, Record]]":
-    """The records of two sessions that have one name, the same commands and the same conditions."""
-    from rig.gap.records.conditions import difference
-
-    named = {record.name: record for record in second}
-    both = ((record, named[record.name]) for record in first if record.name in named)
-    return ((a, b) for a, b in both if _commanded_alike(a, b) and difference(a, b) is None)
-
-
-def _commanded_alike(first: "Record", second: "Record") -> bool:
-    import numpy as np
-
-    rows = min(len(first), len(second))
-    return np.allclose(first.dp_cmd_mpa[:rows], second.dp_cmd_mpa[:rows], atol=1e-3)
-
-
-def _apart(channel: str, first: "Record", second: "Record") -> float | None:
-    """rms of the difference after its mean; None where one lacks the channel."""
-    import numpy as np
-
-    a, b = getattr(first, channel), getattr(second, channel)
-    rows = min(len(first), len(second))
-    if a is None or b is None:
-        return None
-    difference = a[:rows] - b[:rows]
-    return float(np.nanstd(difference)) if np.isfinite(difference).any() else None

@@ -82,7 +82,6 @@ def diagnose_case(
         library=library,
         reference=options.reference,
         effects=None if options.rig is None else load_rig(find_config(options.rig, "rigs")).effects,
-        every_day=options.every_day,
         room=None if options.rig is None else room_of(options.rig),
     )
     if gains is not None:

@@ -177,7 +177,6 @@ def think(options: HuntOptions, model: Model, so_far: Hunt) -> Thought:
         effects=options.rig.effects,
         room=room_of(options.rig.path),
         experiments=later,
-        every_day=options.every_day,
     )
     assert isinstance(grounds, Grounds)
     why = because(options.reference, grounds.expected.kind, model, len(options.days))

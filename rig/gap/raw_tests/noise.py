@@ -2,6 +2,7 @@
 taken off first."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
@@ -45,35 +46,63 @@ def noise(
     if described:
         rows = [min(SLOPE_ROWS, SLOPE_S / case.period_s) for case in cases]
         measure = partial(_beside_the_motion, rows=rows, without_repeats=repeats.found)
-    strongest = max(lines, key=lambda line: line.value, default=None)
-    level = measure(
-        [without_line(record, strongest.numbers["frequency_hz"]) for record in cases] if strongest else angles_of(cases)
-    )
-    own = np.sqrt(max(level**2 - (step.value**2 / 12.0 if step.found or described else 0.0), 0.0))
+    of_step_deg2 = step.value**2 / 12.0 if step.found or described else 0.0
+    own = float(np.sqrt(max(measure(_without_strongest(lines, cases)) ** 2 - of_step_deg2, 0.0)))
     levels = described or [_as_sampled(measure, cases, session) for session in sessions]
-    base = rms(np.array(levels)) if levels else 0.0
-    known = bool(levels) and min(levels) > 0.0 and own > 0.0
-    days, degrees = between_days(np.log(levels).tolist() if known else [], DAYS_NOISE)
-    unsure = ROWS_NOISE / np.sqrt(sum(map(len, cases))) if described else 0.0  # days show theirs by how they differ
-    days = float(np.hypot(days, unsure))
-    louder = float(np.log(own / base)) if known else 0.0
-    found = louder > max(LEAST_LOUDER, CLEAR * max(_spread(levels), DAYS_NOISE, unsure)) and not step.found
-    size = float(np.sqrt(max(own**2 - base**2, 0.0))) * (_heaviness(cases, sessions) if found and sessions else 1.0)
-    spread = days * np.hypot(own**2, base**2 / np.sqrt(max(len(levels), 1))) / max(size, 1e-12)
-    text = f"noise of {own:.3g} deg rms, {base:.3g} in {'the fingerprint' if described else 'the baselines'}"
+    against = _against(own, levels, ROWS_NOISE / np.sqrt(sum(map(len, cases))) if described else 0.0)
+    found = against.plainly and not step.found
+    size = float(np.sqrt(max(own**2 - against.usual**2, 0.0)))
+    size *= _heaviness(cases, sessions) if found and sessions else 1.0
+    text = f"noise of {own:.3g} deg rms, {against.usual:.3g} in {'the fingerprint' if described else 'the baselines'}"
     return Signature(
         "noise",
         "sensor_noise",
-        bool(found),
-        value=float(own),
-        baseline=base,
+        found,
+        value=own,
+        baseline=against.usual,
         unit="deg",
         text=text,
-        sizes={"std_deg": about(size, float(spread), 0.0)},
-        p_value=by_chance(louder, days, degrees, len(levels)) if known else None,
+        sizes={"std_deg": about(size, against.variance_spread / max(size, 1e-12), 0.0)},
+        p_value=against.p_value,
         variance_deg2=size**2 if found else 0.0,
         smoothed_deg2=SMOOTHED * size**2 if found else 0.0,
     )
+
+
+@dataclass(frozen=True)
+class _Against:
+    """A level of noise beside those that are known."""
+
+    usual: float
+    """rms of the known levels, deg; 0 without any."""
+    plainly: bool
+    """The level is louder than days and chance make it."""
+    p_value: float | None
+    """Of so much or more by chance; None where nothing is known."""
+    variance_spread: float
+    """Standard deviation (deg2) of by how much the level's square exceeds the usual one, halved."""
+
+
+def _against(own: float, levels: Sequence[float], unsure: float) -> _Against:
+    """A level (deg) beside the known ones; `unsure`: by how much a level differs by the count of its rows, where no
+    days show it by how they differ; share of the level."""
+    known = bool(levels) and min(levels) > 0.0 and own > 0.0
+    usual = rms(np.array(levels)) if levels else 0.0
+    between, degrees = between_days(np.log(levels).tolist() if known else [], DAYS_NOISE)
+    days = float(np.hypot(between, unsure))
+    louder = float(np.log(own / usual)) if known else 0.0
+    plainly = louder > max(LEAST_LOUDER, CLEAR * max(_spread(levels), DAYS_NOISE, unsure))
+    p_value = by_chance(louder, days, degrees, len(levels)) if known else None
+    spread = days * float(np.hypot(own**2, usual**2 / np.sqrt(max(len(levels), 1))))
+    return _Against(usual, bool(plainly), p_value, spread)
+
+
+def _without_strongest(lines: Sequence[Signature], cases: Sequence[Record]) -> list[Column]:
+    """The angles without the strongest of the lines that were looked for."""
+    strongest = max(lines, key=lambda line: line.value, default=None)
+    if strongest is None:
+        return angles_of(cases)
+    return [without_line(record, strongest.numbers["frequency_hz"]) for record in cases]
 
 
 def _beside_the_motion(angles: Sequence[Column], *, rows: Sequence[float], without_repeats: bool) -> float:

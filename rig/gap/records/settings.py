@@ -2,6 +2,8 @@
 moves."""
 
 import math
+from collections.abc import Mapping
+from typing import Final
 
 CLIPPED = 0.1
 """A column that stands at its end for more than this share of the time is said to be clipped."""
@@ -106,13 +108,19 @@ MOST_REASONS = 3
 LEAST_REST_MPA = 0.02
 """The least P0 that is believed where it is measured, MPa."""
 
-STRANGER_FAR = 5.0
-"""A session is a stranger when its nearest neighbour is this many times as far as the others' nearest neighbours
-usually are..."""
-STRANGER_LEAST = 0.05
-"""... and by at least this share of the angle's spread: days of one rig differ by less than half of it."""
-FEWEST_SESSIONS = 3
-"""Sessions from which on one can be told to be the stranger."""
+ODD_RATIO = 3.0
+"""An earlier day is odd when it is so many times farther from the others than they usually are from each other. Less:
+healthy days are left out (of 117 of 27 development rigs one at 3)."""
+ODD_CHANNELS: Final[Mapping[str, tuple[float, str]]] = {
+    "angle_deg": (0.3, "deg"),
+    "p1_mpa": (0.003, "MPa"),
+    "p2_mpa": (0.003, "MPa"),
+}
+"""What of two days is compared, and the rms difference (after the mean) below which no two are called different: about
+what monitors resolve."""
+TWO_APART = 0.05
+"""Two days alone are said to differ from this share of the angle's spread on: days of one rig differ by less than half
+of it."""
 
 SAME_COMMAND = 0.1
 """Two commands are the same sweep when they differ by less than this share of the command's spread (rms and mean),

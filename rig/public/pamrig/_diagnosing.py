@@ -121,7 +121,6 @@ def diagnose(
         pressures=pressures,
         library=library,
         reference=reference,
-        every_day=every_day,
     )
     return Diagnosis(answer, grounds, simulator)
 

@@ -1,21 +1,26 @@
-"""`pamrig bench gap`: the practice set across its two units, the time of a case, and what simpler answers reach on the
-same records.
+"""`pamrig bench gap`: the practice set across its two units, beside several days, one, or none; the time of a case; and
+what simpler answers reach on the same records.
 
 Labels are open here; the check on withheld data is `pamrig gap check`.
 """
 
 import json
 import os
+import subprocess
+import sys
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from tempfile import TemporaryDirectory
+from typing import TYPE_CHECKING, Any, Final
 
 from rig.errors import RecordError
 from rig.qualify.benchmarks import figure, share
 
 if TYPE_CHECKING:
     from rig.gap.answer.result import Diagnosis
+    from rig.model.parameters import Model
     from rig.record import Record
 
 PLACES = ("../shared/practice",)
@@ -28,6 +33,26 @@ ROWS: int | None = None
 """Of each record; all."""
 UNTOUCHED = 2
 """Records of each case that are kept from the diagnosis to see how far the gap shrinks on them."""
+SEARCH: tuple[str, ...] = ()
+"""How each unit's simulator is searched on its first day, in the words of `pamrig identify`; its defaults."""
+
+
+@dataclass(frozen=True)
+class _Asked:
+    """A way in which every case is asked."""
+
+    name: str
+    days: int
+    """Earlier days at hand, the first ones."""
+    simulator: str = ""
+    """Of the unit itself, or of its sister; none."""
+    pressures: bool = True
+
+
+_BY_DAYS: Final = (_Asked("pressures", 4), _Asked("angle", 4, pressures=False))
+_BY_SIMULATORS: Final = (
+    _Asked("one day", 1, "own"), _Asked("fingerprint", 0, "own"), _Asked("sister's simulator", 0, "sister")
+)  # fmt: skip
 
 
 def bench_gap() -> dict[str, Any]:
@@ -38,10 +63,13 @@ def bench_gap() -> dict[str, Any]:
         for case, said in json.loads((practice / "labels.json").read_text()).items()
     }
     data = {unit: _unit(practice, unit, labels) for unit in UNITS}
+    simulators = {unit: _simulator(practice / unit / "baseline_1") for unit in UNITS}
     rows: dict[str, Any] = {}
-    for mode, pressures in (("pressures", True), ("angle", False)):
-        rows |= {f"{name}, {mode}": row for name, row in _scored(data, pressures).items()}
-        rows |= {f"{name}, {mode}": row for name, row in _held_out(data, pressures).items()}
+    for asked in _BY_DAYS:
+        rows |= {f"{name}, {asked.name}": row for name, row in _scored(data, asked, {}).items()}
+        rows |= {f"{name}, {asked.name}": row for name, row in _held_out(data, asked.pressures).items()}
+    for asked in _BY_SIMULATORS:
+        rows |= {f"{name}, {asked.name}": row for name, row in _scored(data, asked, simulators).items()}
     return rows | _withheld(data) | _naive(data) | _times(data)
 
 
@@ -69,19 +97,39 @@ def _session(folder: Path) -> "list[Record]":
     return [record.rows(slice(0, ROWS)) for record in read(folder)]
 
 
-def _scored(data: dict[str, Any], pressures: bool) -> dict[str, Any]:
+def _simulator(day: Path) -> "Model":
+    """Identified on a day; CalledProcessError when that fails."""
+    from rig.model.parameters import load_model
+
+    with TemporaryDirectory(prefix="pamrig-bench-") as folder:
+        model = Path(folder) / "model.yaml"
+        words = ("identify", f"{day}", *SEARCH, "-o", f"{model}")
+        subprocess.run([sys.executable, "-m", "rig.cli.main", *words], check=True, stdout=subprocess.DEVNULL)
+        return load_model(model)
+
+
+def _scored(data: dict[str, Any], asked: _Asked, simulators: "Mapping[str, Model]") -> dict[str, Any]:
     """Goals over both units; a case is detected when something is found."""
     from rig.gap import diagnose
 
+    sister = asked.simulator == "sister"
+    whose = dict(zip(UNITS, reversed(UNITS) if sister else UNITS, strict=True))
+    reference = "simulator" if sister else "auto"
     found = [
-        (names, diagnose(None, records, one["baselines"], pressures=pressures))
-        for one in data.values()
+        (
+            names,
+            diagnose(
+                simulators.get(whose[unit]), records, one["baselines"][: asked.days], pressures=asked.pressures,
+                reference=reference,
+            ),
+        )
+        for unit, one in data.items()
         for records, names in one["cases"].values()
-    ]
+    ]  # fmt: skip
     tally: dict[str, list[bool]] = {}
     sizes: list[int] = []
     for names, diagnosis in found:
-        for figure_name, outcome in _outcomes(names, diagnosis, pressures):
+        for figure_name, outcome in _outcomes(names, diagnosis, asked.pressures):
             tally.setdefault(figure_name, []).append(outcome)
         if len(names) == 1:
             sizes.append(len(_around(diagnosis)))

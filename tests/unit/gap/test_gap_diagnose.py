@@ -260,17 +260,3 @@ def test_a_dead_monitor_at_a_rail_is_no_other_rest_pressure() -> None:
     told = [[replace(record, facts={**record.facts, "p0_mpa": 0.2}) for record in day] for day in baselines()]
     rail = _worse(session(154), p1_mpa=lambda r: np.full(len(r), -0.05))
     assert diagnose(model(), rail, told).verdict == "none"
-
-
-def test_a_session_of_another_rig_is_left_out_and_said() -> None:
-    other = session(156, AddedEffect("sensor_gain", {"gain": 0.2}))
-    late = session(157, AddedEffect("delay", {"delay_s": 0.03}))
-    days = [list(day) for day in baselines()]
-    sunday = [replace(record, source=Path("sunday") / "x.mcap") for record in other]
-    found = diagnose(model(), late, [days[0], *days, sunday])
-    assert found.evidence.sessions == 3
-    said = "baseline session 5 (sunday) differs from every other"
-    assert any(said in note and "left out" in note for note in found.notes), "counted as they were given"
-    assert names(found) == {"delay"}
-    two = diagnose(model(), late, [list(baselines()[0]), other])
-    assert any("the two baseline sessions differ" in note for note in two.notes)

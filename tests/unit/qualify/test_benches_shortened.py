@@ -129,7 +129,8 @@ def test_gap(
     if not (practice / "labels.json").is_file():
         pytest.skip("the practice set is not part of the project")
     monkeypatch.setenv("PAMRIG_PRACTICE", str(practice))
-    short(gap, CASES_A_UNIT=2, ROWS=900)
+    search = ("--seeds", "1", "--particles", "20", "--iterations", "50", "--unbounded")
+    short(gap, CASES_A_UNIT=2, ROWS=900, SEARCH=search)
     assert_drawn("gap", gap.bench_gap(), capsys)
 
 

@@ -3,7 +3,6 @@
 from dataclasses import replace
 
 import numpy as np
-import pytest
 from support.plants.gap_rigs import baselines, model, session
 
 from rig.gap.diagnosis import diagnose_with_grounds
@@ -33,14 +32,3 @@ def test_what_was_left_out_is_still_said_when_samples_were_lost() -> None:
     assert pairing.unpaired == ["alien"]
     assert any(note.startswith("alien: no baseline of this sweep") for note in found.notes)
     assert {match.record for match in pairing.matches} == {*(record.name for record in records), "alien"}
-
-
-@pytest.mark.parametrize(("every_day", "kept"), [(False, (1, 2, 3)), (True, (1, 2, 3, 4))])
-def test_days_that_no_other_comes_near_count_where_every_day_is_asked_for(
-    every_day: bool, kept: tuple[int, ...]
-) -> None:
-    sick = [replace(record, angle_deg=1.4 * np.asarray(record.angle_deg)) for record in session(5)]
-    days = [*(list(day) for day in baselines()), sick]
-    _, grounds = diagnose_with_grounds(model(), session(71), days, every_day=every_day)
-    assert isinstance(grounds, Grounds)
-    assert grounds.expected.pairing.pairs[0].numbers == kept
