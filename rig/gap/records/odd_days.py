@@ -4,20 +4,21 @@ Taken for healthy, such a day makes the rig's days differ by as much as its illn
 differs from them by no more than that. Nothing of the records under test is looked at here.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from itertools import combinations
 from statistics import median
 
 import numpy as np
 
 from rig.gap.records.alignment import on_clock_of
-from rig.gap.records.partners import Partner, find_partner
+from rig.gap.records.partners import find_partner
 from rig.gap.records.settings import ODD_CHANNELS, ODD_RATIO, TWO_APART
-from rig.record import Record
+from rig.record import Column, Record
 
 Day = Sequence[Record]
-_Pairs = Mapping[tuple[int, int], Sequence[tuple[Record, Partner]]]
-"""Two days, by their numbers from 0 -> their records of one command under one condition."""
+_Courses = Mapping[int, Mapping[str, Column]]
+"""Day, by its number from 0 -> its channels (n,) under one command, all days' at the same times; missing where a day
+did not run."""
 
 
 def odd_days(days: Sequence[Day]) -> dict[int, str]:
@@ -25,8 +26,8 @@ def odd_days(days: Sequence[Day]) -> dict[int, str]:
     less than three, where nobody can say which."""
     if len(days) < 3:
         return {}
-    pairs = {(k, m): list(_pairs(days[k], days[m])) for k, m in combinations(range(len(days)), 2)}
-    between = {channel: _distances(channel, pairs) for channel in ODD_CHANNELS}
+    under = _by_command(days)
+    between = {channel: _distances(channel, under, len(days)) for channel in ODD_CHANNELS}
     found = {}
     for number in range(len(days)):
         apart = [said for channel in ODD_CHANNELS if (said := _odd_in(channel, number, between[channel]))]
@@ -37,12 +38,14 @@ def odd_days(days: Sequence[Day]) -> dict[int, str]:
 
 def two_apart(first: Day, second: Day) -> str:
     """How far two days are apart where that is more than a rig's days usually differ by; else nothing."""
-    pairs = list(_pairs(first, second))
-    apart = [distance for a, b in pairs if (distance := _apart("angle_deg", a, b)) is not None]
-    spreads = [float(np.nanstd(a.angle_deg)) for a, _ in pairs if a.angle_deg is not None]
-    if not apart or median(apart) <= max(TWO_APART * median(spreads), ODD_CHANNELS["angle_deg"][0]):
+    both = [one for one in _by_command([first, second]) if all("angle_deg" in one.get(day, ()) for day in (0, 1))]
+    apart = _distances("angle_deg", both, 2)
+    if not apart:
         return ""
-    return f"{median(apart):.2g} deg (rms), {100 * median(apart) / median(spreads):.0f} % of the angle's spread"
+    spread = median(float(np.nanstd(one[0]["angle_deg"])) for one in both)
+    if apart[0, 1] <= max(TWO_APART * spread, ODD_CHANNELS["angle_deg"][0]):
+        return ""
+    return f"{apart[0, 1]:.2g} deg (rms), {100 * apart[0, 1] / spread:.0f} % of the angle's spread"
 
 
 def _odd_in(channel: str, number: int, between: Mapping[tuple[int, int], float]) -> str:
@@ -56,29 +59,39 @@ def _odd_in(channel: str, number: int, between: Mapping[tuple[int, int], float])
     return f"its {channel.rpartition('_')[0]} is {median(own):.2g} {unit} (rms) from theirs, {usually}"
 
 
-def _distances(channel: str, pairs: _Pairs) -> dict[tuple[int, int], float]:
-    """How far each two days are apart in that channel: the median over the records that both have."""
+def _distances(channel: str, under: Sequence[_Courses], days: int) -> dict[tuple[int, int], float]:
+    """How far each two days are apart in that channel: rms after the mean, the median over the commands of both."""
     found = {}
-    for both, records in pairs.items():
-        apart = [distance for a, b in records if (distance := _apart(channel, a, b)) is not None]
+    for both in combinations(range(days), 2):
+        pairs = [(one[both[0]], one[both[1]]) for one in under if all(day in one for day in both)]
+        shown = [a[channel] - b[channel] for a, b in pairs if channel in a and channel in b]
+        apart = [float(np.nanstd(each)) for each in shown if np.isfinite(each).any()]
         if apart:
             found[both] = median(apart)
     return found
 
 
-def _pairs(first: Day, second: Day) -> Iterator[tuple[Record, Partner]]:
-    """What pairs with what, as a diagnosis pairs it."""
-    for record in first if second else ():
-        partner, _ = find_partner(record, second, 0)
-        if partner is not None:
-            yield record, partner
+def _by_command(days: Sequence[Day]) -> list[_Courses]:
+    """What the days did under each command and condition, as a diagnosis pairs records."""
+    commands: list[Record] = []
+    under: list[dict[int, dict[str, Column]]] = []
+    for number, day in enumerate(days):
+        for record in day:
+            partner, _ = find_partner(record, commands, number) if commands else (None, None)
+            if partner is None:
+                commands.append(record)
+                under.append({number: _channels(record, record.t_s - record.t_s[0])})
+                continue
+            place = next(k for k, command in enumerate(commands) if command is partner.record)
+            under[place].setdefault(number, _channels(record, on_clock_of(partner.record, partner.alignment)))
+    return under
 
 
-def _apart(channel: str, record: Record, partner: Partner) -> float | None:
-    """rms of the difference after its mean, where both run; None where one lacks the channel."""
-    mine, theirs = getattr(record, channel), getattr(partner.record, channel)
-    if mine is None or theirs is None:
-        return None
-    clock = on_clock_of(partner.record, partner.alignment)
-    difference = mine - np.interp(record.t_s - record.t_s[0], clock, theirs, left=np.nan, right=np.nan)
-    return float(np.nanstd(difference)) if np.isfinite(difference).any() else None
+def _channels(record: Record, at_s: Column) -> dict[str, Column]:
+    """The channels that it has, at times from its start; missing where it did not run."""
+    columns = {channel: getattr(record, channel) for channel in ODD_CHANNELS}
+    return {
+        channel: np.interp(at_s, record.t_s - record.t_s[0], column, left=np.nan, right=np.nan)
+        for channel, column in columns.items()
+        if column is not None
+    }
