@@ -20,7 +20,7 @@ from rig.identify.search.objective import ChainObjective, make_objective, predic
 from rig.identify.search.one_search import Budget, Found, search
 from rig.identify.search.optimizers import Optimizer, Table, make_optimizer, polish
 from rig.identify.search.space import Space
-from rig.identify.search.stability import StabilityTerm, SweepRange, Verdict, check_bounded, search_signals
+from rig.identify.search.stability import StabilityTerm, SweepRange, Verdict, check_bounded
 from rig.identify.search.swarm import SwarmSettings
 from rig.identify.search.uncertainty import Uncertainty, local_uncertainty
 from rig.identify.validate import Score, angle_limit, excited_hz, score
@@ -332,8 +332,7 @@ class _Task:
     def _term(self, bounded: bool) -> StabilityTerm | None:
         if not bounded or self._start.muscle.kind == StageKind.BW_CONTINUOUS:
             return None  # model (1) is bounded wherever psi > |gamma|, and the dense check judges it
-        signals = search_signals(self._settings.sweep)
-        return StabilityTerm(signals, self._start, _TERM_SHARE * self._limit, self._failing)
+        return StabilityTerm(self._settings.sweep, self._start, _TERM_SHARE * self._limit, self._failing)
 
 
 def _valves(records: Sequence[Record], start: Model) -> ValveFit | None:

@@ -97,15 +97,18 @@ def _shape(signal: Sine | Triangle | Mixed, dt_s: float, periods: float) -> Colu
 class StabilityTerm:
     """What a parameter set pays for leaving the range of sensible angles under the search's excitations."""
 
-    def __init__(
-        self, signals: Iterable[Signal], model: Model, limit_deg: float, failing: Iterable[Signal] = ()
-    ) -> None:
-        """`failing` are excitations of a verdict, as long as it has them."""
+    def __init__(self, sweep: SweepRange, model: Model, limit_deg: float, failing: Iterable[Signal] = ()) -> None:
+        """`limit_deg` is meant at the sweep's amplitude; an excitation that goes beyond that may reach as much farther.
+        `failing` are excitations of a verdict, as long as it has them."""
         muscle = model.muscle
         self._y_unit = muscle.value("y_unit_deg")
         self.limit_deg = limit_deg
-        asked = [(signal, _SEARCH_PERIODS) for signal in signals] + [(signal, _PERIODS) for signal in failing]
-        u = [excitation(each, model.sample_time_s, periods) / muscle.value("u_unit_mpa") for each, periods in asked]
+        asked = [(signal, _SEARCH_PERIODS) for signal in search_signals(sweep)]
+        asked += [(signal, _PERIODS) for signal in failing]
+        dp = [excitation(each, model.sample_time_s, periods) for each, periods in asked]
+        beyond = [max(float(np.max(np.abs(column))) / sweep.amplitude_mpa, 1.0) for column in dp]
+        self._limits_deg = limit_deg * np.array(beyond)[:, None]
+        u = [column / muscle.value("u_unit_mpa") for column in dp]
         self._inputs: Inputs = lay_inputs(
             u, [np.zeros(len(column)) for column in u], muscle.value("theta_divisor_s"), [1] * len(u)
         )
@@ -117,7 +120,7 @@ class StabilityTerm:
         0 within, else the logarithm of peak over limit: smooth enough to be followed back, and finite.
         """
         peaks = swarm_peaks(particles, self._inputs, workers) * self._y_unit
-        return np.asarray(np.log(np.maximum(peaks / self.limit_deg, 1.0)))
+        return np.asarray(np.log(np.maximum(peaks / self._limits_deg, 1.0)))
 
 
 def check_bounded(model: Model, sweep: SweepRange, limit_deg: float) -> Verdict:

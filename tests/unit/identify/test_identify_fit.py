@@ -13,7 +13,7 @@ from rig.identify.fit import Settings, identify
 from rig.identify.records.data import prepare
 from rig.identify.response.valves import identify_valves
 from rig.identify.search.space import Space
-from rig.identify.search.stability import StabilityTerm, SweepRange, check_bounded, dense_signals, search_signals
+from rig.identify.search.stability import StabilityTerm, SweepRange, check_bounded, dense_signals
 from rig.identify.search.swarm import SwarmSettings
 from rig.identify.search.uncertainty import independent_samples
 from rig.identify.templates import Template, input_gain, rest_pressure, template_model
@@ -69,7 +69,9 @@ def test_the_simulated_rig_is_found_again_from_its_pressures() -> None:
     assert found.verdict.bounded
     assert found.search_rmse_deg >= found.rmse_deg
     assert found.unbounded_rmse_deg is not None
-    assert found.unbounded_rmse_deg <= found.rmse_deg + 1e-9
+    assert found.unbounded_rmse_deg == pytest.approx(found.rmse_deg, rel=1e-3), (
+        "the truth is bounded: that costs nothing"
+    )
     assert found.valves is not None
     assert found.model.valve.value("valve1_tau_s") == pytest.approx(0.040, rel=0.05)
     for name in ("lambda1", "xi1"):
@@ -77,7 +79,7 @@ def test_the_simulated_rig_is_found_again_from_its_pressures() -> None:
         truth = TRUTH.muscle.value(name)
         assert parameter.std is not None
         assert 0.0 < parameter.std < 0.02 * truth
-        assert parameter.value == pytest.approx(truth, rel=0.004 if name == "lambda1" else 0.2)
+        assert parameter.value == pytest.approx(truth, abs=4.0 * parameter.std)
     whole = validate(found.model, [measured(0.6, 0.15, 9)], SweepRange())
     assert whole.scores[0].rmse_deg < 0.3
     assert whole.scores[0].command_rmse_deg is not None
@@ -119,7 +121,7 @@ def test_a_search_without_the_term_may_leave_the_range_and_the_term_brings_it_ba
     assert not verdict.bounded
     assert verdict.failing
     space = Space(start())
-    term = StabilityTerm(search_signals(SweepRange()), start(), 60.0)
+    term = StabilityTerm(SweepRange(), start(), 60.0)
     from rig.identify.search.objective import LawTable
 
     tame = space.point(replace(start(), muscle=replace(start().muscle, parameters=_onto(start(), TRUTH))))

@@ -11,9 +11,11 @@ from rig.excite.signals import Mixed, Sine
 from rig.excite.steps import Prbs
 from rig.identify.search.objective import LawTable
 from rig.identify.search.space import Space
-from rig.identify.search.stability import StabilityTerm, SweepRange, check_bounded, excitation, search_signals
+from rig.identify.search.stability import StabilityTerm, SweepRange, check_bounded, excitation
 from rig.identify.templates import Template, template_model
 from rig.model.parameters import Input, Model, load_model
+from rig.model.simulation import simulate
+from rig.record import Column, Record
 
 TRUTH = load_model(Path(__file__).parents[3] / "configs" / "models" / "simulated.yaml")
 LAW = ("lambda1", "lambda2", "xi1", "xi2", "phi1", "phi2", "beta1", "beta2")
@@ -48,10 +50,33 @@ def test_what_stays_bounded_is_called_so() -> None:
 
 def test_the_search_pays_for_what_the_verdict_found() -> None:
     start = model(LATE_IN_THE_MIXED_SINE)
-    particle = LawTable(start, Space(start))(Space(start).point(start)[np.newaxis])
-    signals = search_signals(SweepRange(0.2, 0.3, 0.1))
-    assert np.all(StabilityTerm(signals, start, LIMIT_DEG).excess(particle) == 0.0)
-    assert np.max(StabilityTerm(signals, start, LIMIT_DEG, [Mixed(0.5, 0.1)]).excess(particle)) > 1.0
+    particle, sweep = only(start), SweepRange(0.2, 0.3, 0.1)
+    assert np.all(StabilityTerm(sweep, start, LIMIT_DEG).excess(particle) == 0.0)
+    assert np.max(StabilityTerm(sweep, start, LIMIT_DEG, [Mixed(0.5, 0.1)]).excess(particle)) > 1.0
+
+
+def test_an_excitation_beyond_the_sweeps_amplitude_may_reach_as_much_farther() -> None:
+    """The excitations of a search go a tenth beyond the sweep and the mixed sine beyond that: a model that follows them
+    in proportion pays nothing, one that does not pays."""
+    sweep, true = SweepRange(), model(tuple(TRUTH.muscle.value(name) for name in LAW))
+    at_the_sweep = max(
+        float(np.max(np.abs(angle)))
+        for hz in (sweep.low_hz, sweep.high_hz)
+        if (angle := simulate(true, driven(Sine(hz, sweep.amplitude_mpa))).angle_deg) is not None
+    )
+    particle = only(true)
+    assert np.all(StabilityTerm(sweep, true, 1.1 * at_the_sweep).excess(particle) == 0.0)
+    assert np.max(StabilityTerm(sweep, true, 0.95 * at_the_sweep).excess(particle)) > 0.0
+
+
+def only(start: Model) -> Column:
+    """The kernel's table of a model's own parameters."""
+    return LawTable(start, Space(start))(Space(start).point(start)[np.newaxis])
+
+
+def driven(signal: Sine) -> Record:
+    dp = excitation(signal, TRUTH.sample_time_s, 3.0)
+    return Record(signal.label, np.arange(len(dp)) * TRUTH.sample_time_s, dp)
 
 
 @pytest.mark.parametrize("amplitude_mpa", [0.05, 0.2])
