@@ -1,4 +1,5 @@
-"""Fits the prior odds of no cause, and of something unknown, to factors of which the truth is known.
+"""Fits the prior odds of no cause, of something unknown, and of two factors together, to factors of which the truth is
+known.
 
 A probability that was stated under one prior is another under the next by Bayes' rule: nothing is diagnosed again.
 """
@@ -39,35 +40,36 @@ class Judgement:
     """Stated probabilities; what they lack of one is the library's."""
     right: float
     """Stated probability of what is true: of an effect that of its name."""
+    alone: float = 1.0
+    """Stated probability that nothing acts on the factor that this one goes together with; 1 where it goes with
+    none."""
 
 
 def fit_odds(families: Sequence[Sequence[Judgement]], odds: Odds) -> Odds:
-    """The odds for a build that is not among these families: the mean of those under which each family's truths are
-    likeliest; they were judged by `odds`. A family is one draw of what builds differ by, however many cases it
-    brings."""
-    none, unknown = np.mean([_shifts(judged) for judged in families], axis=0).tolist()
-    return replace(odds, none=odds.none + none, unknown=odds.unknown + unknown)
-
-
-def _shifts(judged: Sequence[Judgement]) -> Column:
-    """By how much odds of none and of something unknown must move for these truths to be likeliest."""
+    """The odds for a build that is not among these families: those under which the families' truths are likeliest; they
+    were judged by `odds`. A family is one draw of what builds differ by, however many cases it brings."""
     from scipy.optimize import minimize  # half a second to import
 
-    def cost(shifts: Column) -> float:
-        return -_log_likelihood(judged, *shifts) + 0.5 * float(shifts @ shifts) / HELD**2
+    each = sum(map(len, families)) / len(families)
 
-    return np.asarray(minimize(cost, np.zeros(2), method="Nelder-Mead").x)
+    def cost(shifts: Column) -> float:
+        likely = sum(log_likelihood(judged, odds, _moved(odds, *shifts)) for judged in families)
+        return -each * likely + 0.5 * float(shifts @ shifts) / HELD**2
+
+    return _moved(odds, *minimize(cost, np.zeros(3), method="Nelder-Mead").x.tolist())
+
+
+def _moved(odds: Odds, none: float, unknown: float, together: float) -> Odds:
+    return replace(odds, none=odds.none + none, unknown=odds.unknown + unknown, together=odds.together + together)
 
 
 def log_likelihood(judged: Sequence[Judgement], odds: Odds, other: Odds) -> float:
     """Mean nats of what was true, had the `other` odds stood where `odds` did."""
-    return _log_likelihood(judged, other.none - odds.none, other.unknown - odds.unknown) / len(judged)
-
-
-def _log_likelihood(judged: Sequence[Judgement], none: float, unknown: float) -> float:
-    """Nats of what was true, with both odds shifted by so much."""
     stated = np.array([(one.none, one.unknown, 1.0 - one.none - one.unknown) for one in judged])
     right, truth = np.array([one.right for one in judged]), np.array([one.truth for one in judged])
-    times = np.exp([none, unknown, 0.0])
-    said = right * times[truth] / (stated @ times)
-    return float(np.sum(np.log(said + LEAST_CHANCE)))
+    alone = np.array([one.alone for one in judged])
+    was, now = (alone + (1.0 - alone) * np.exp(one.together) for one in (odds, other))
+    times = np.tile(np.exp([other.none - odds.none, other.unknown - odds.unknown, 0.0]), (len(judged), 1))
+    times[:, [Truth.UNKNOWN, Truth.EFFECT]] *= (now / was)[:, None]
+    said = right * times[np.arange(len(judged)), truth] / np.sum(stated * times, axis=1)
+    return float(np.mean(np.log(said + LEAST_CHANCE)))

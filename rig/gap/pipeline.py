@@ -19,7 +19,7 @@ from rig.gap.answer.tell import tell
 from rig.gap.evidence.posterior import Posterior, judge
 from rig.gap.evidence.second import with_second
 from rig.gap.hypotheses.fit import Fit
-from rig.gap.hypotheses.library import UNKNOWN, Effect, chosen
+from rig.gap.hypotheses.library import NONE, UNKNOWN, Effect, chosen
 from rig.gap.hypotheses.scenes import Stand, angle_stand, pressure_stand
 from rig.gap.plan.candidates import Room
 from rig.gap.raw_tests.read import read_signatures
@@ -163,14 +163,18 @@ def _judged(
     found = {name: judged(angle_stand(given[name], settings)) for name in given}
     faint = _faint(ahead, given, expected, days, settings)
     if len(given) + len(faint) > 1:
-        heard = {name: one.log_evidence for name, one in found.items()}
         few = _still_open(effects, found.values())
-        heard |= {name: judge(few, angle_stand(one, settings)).log_evidence for name, one in faint.items()}
-        ahead = ahead.with_evidence(heard)
+        beside = found | {name: judge(few, angle_stand(one, settings)) for name, one in faint.items()}
+        ahead = ahead.with_evidence(_heard(beside, ahead.stand.scene.odds.together))
     best = max((*given, *faint), key=lambda name: ahead.probability[name])
     if best in faint:
         given, found = faint, {best: judged(angle_stand(faint[best], settings))}
     return given[best], (*seconded(ahead), *seconded(found[best]))
+
+
+def _heard(found: Mapping[str, Posterior], together: float) -> dict[str, float]:
+    """What the angle says (nats) of the hypotheses ahead of the monitors: its posterior beside each."""
+    return {name: one.log_evidence_beside(0.0 if name == NONE else together) for name, one in found.items()}
 
 
 def _faint(

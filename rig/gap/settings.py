@@ -194,6 +194,9 @@ class Odds:
     seen."""
     unknown: float = -4.0
     """Something that is not in the library. Less: what nobody knows is called by a name."""
+    together: float = 0.0
+    """By how much anything ahead of the monitors is likelier where something acts on the joint as well: faults come
+    together. Fitted with the odds of nothing. More: a second name for what lies within the days' differences."""
 
 
 @dataclass(frozen=True)

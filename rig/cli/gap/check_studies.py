@@ -173,13 +173,13 @@ def further(
     emit(unstructure(found.further) | {"sizes": unstructure(found.reaches)}, json_to)
 
 
-@click.command(cls=Command, short_help="Fit the prior odds of no cause and of unknown ones.")
+@click.command(cls=Command, short_help="Fit the prior odds of no cause, unknown ones, and two together.")
 @_fitted_on_checks
 def odds(
     folders: tuple[Path, ...], priors: Path | None, left_out: tuple[str, ...], output: Path, json_to: str | None
 ) -> None:
-    """Fit the prior odds of no cause, and of something unknown, beside each reference, from scored checks of
-    development cases, and write them with the levels.
+    """Fit the prior odds of no cause, of something unknown, and of causes ahead of the monitors and behind them
+    together, beside each reference, from scored checks of development cases, and write them with the levels.
 
     The checks must have been answered by the same odds: those shipped, or of --priors.
     """
@@ -194,7 +194,7 @@ def odds(
     write(levels, output)
     for name, fit in fits.items():
         console(json_to).print(
-            f"{name}: no cause {fit.odds.none:.2g} nats, something unknown {fit.odds.unknown:.2g}, by {fit.factors} "
-            f"factors; what was true is likelier by {fit.gained:.2g} nats each"
+            f"{name}: no cause {fit.odds.none:.2g} nats, something unknown {fit.odds.unknown:.2g}, two together "
+            f"{fit.odds.together:.2g}, by {fit.factors} factors; the truth is likelier by {fit.gained:.2g} nats each"
         )
     emit(unstructure(fits), json_to)

@@ -86,6 +86,11 @@ class Posterior:
         ordered = sorted(self.probability, key=lambda name: -self.probability[name])
         return [name for name in ordered if self.probability[name] >= least] or ordered[:1]
 
+    def log_evidence_beside(self, together: float) -> float:
+        """Log evidence where another factor holds something: what acts on this one is likelier by `together` nats."""
+        none = self.probability[NONE]
+        return self.log_evidence + float(np.log(none + (1.0 - none) * np.exp(together)))
+
     def with_evidence(self, nats: Mapping[str, float]) -> "Posterior":
         """The posterior updated by another factor's log evidence (nats) for some of the hypotheses; those without one
         take that of none, or else the mean."""

@@ -71,7 +71,7 @@ def _distances(channel: str, under: Sequence[_Courses], days: int) -> dict[tuple
     return found
 
 
-def _by_command(days: Sequence[Day]) -> list[_Courses]:
+def _by_command(days: Sequence[Day]) -> Sequence[_Courses]:
     """What the days did under each command and condition, as a diagnosis pairs records."""
     commands: list[Record] = []
     under: list[dict[int, dict[str, Column]]] = []

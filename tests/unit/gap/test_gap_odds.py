@@ -1,6 +1,7 @@
 """The prior odds: those under which what was true is likeliest, whatever prior the answers were given under."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -45,14 +46,46 @@ def test_every_family_counts_alike_however_many_cases_it_brings() -> None:
     one, other = drawn(400, 3, Odds(2.0, 0.0)), drawn(400, 4, Odds(-2.0, 0.0))
     apart = [fit_odds([family], Odds()).none for family in (one, other)]
     assert apart[0] < apart[1] - 1.0
-    assert fit_odds([one, other], Odds()).none == pytest.approx(np.mean(apart))
-    assert fit_odds([one * 5, other], Odds()).none == pytest.approx(np.mean(apart), abs=0.3)
+    both = fit_odds([one, other], Odds()).none
+    assert apart[0] + 0.5 < both < apart[1] - 0.5
+    assert fit_odds([one * 5, other], Odds()).none == pytest.approx(both, abs=0.1)
 
 
 def test_of_an_effect_its_own_name_counts_and_no_other() -> None:
     """Both say that it is something of the library, one by another name."""
     wrong, right = (log_likelihood([Judgement(Truth.EFFECT, 0.1, 0.2, said)], Odds(), Odds()) for said in (0.1, 0.7))
     assert wrong - right == pytest.approx(np.log(0.1 / 0.7), abs=1e-3)
+
+
+def two_factors(count: int, seed: int, odds: Odds, together: float) -> list[Judgement]:
+    """Of each draw the factor ahead of the monitors, whose share of effects is `together` nats more where the other one
+    holds something, judged under odds that know nothing of it."""
+    random, judged = np.random.default_rng(seed), []
+    for _ in range(count):
+        other = random.random() < 0.5
+        effect = 0.1 * np.exp(together * other)
+        truth = Truth.EFFECT if random.random() < effect / (1.0 + effect) else Truth.NONE
+        log = random.normal(0.0, 1.5) + (1.1 if truth is Truth.EFFECT else -1.1) - odds.none
+        none = 1.0 / (1.0 + np.exp(log))
+        judged.append(Judgement(truth, none, 0.0, none if truth is Truth.NONE else 1.0 - none, 0.0 if other else 1.0))
+    return judged
+
+
+@pytest.mark.parametrize("together", [0.0, 2.0])
+def test_how_much_faults_come_together_comes_out(together: float) -> None:
+    before = Odds(float(np.log(10.0)), -20.0)
+    found = fit_odds([two_factors(6000, 5, before, together)], before)
+    assert found.together == pytest.approx(together, abs=0.3)
+    assert found.none == pytest.approx(before.none, abs=0.3)
+
+
+def test_a_factor_beside_which_nothing_was_found_is_judged_as_before() -> None:
+    one = Judgement(Truth.EFFECT, 0.9, 0.01, 0.08, alone=1.0)
+    assert log_likelihood([one], Odds(), Odds(together=3.0)) == log_likelihood([one], Odds(), Odds())
+    beside = replace(one, alone=0.0)
+    gained = log_likelihood([beside], Odds(), Odds(together=3.0)) - log_likelihood([beside], Odds(), Odds())
+    assert gained == pytest.approx(3.0 - np.log(0.9 + 0.1 * np.exp(3.0)), abs=1e-2)
+    assert log_likelihood([beside], Odds(together=3.0), Odds(together=3.0)) == pytest.approx(np.log(0.08), abs=1e-2)
 
 
 def check_of(folder: Path, cases: int) -> CheckFolder:

@@ -1,5 +1,5 @@
-"""What `pamrig gap check odds` does: the prior odds of no cause, and of something unknown, beside each reference, from
-checks of development cases.
+"""What `pamrig gap check odds` does: the prior odds of no cause, of something unknown, and of both factors together,
+beside each reference, from checks of development cases.
 
 Every factor of every answer counts: what was said of it, and whether something acts on it.
 """
@@ -93,7 +93,8 @@ def _of_answer(diagnosis: Mapping[str, Any], stages: Mapping[str, str]) -> Itera
         if name in factors and not any(effect in LIBRARY and LIBRARY[effect].signature for effect in acting):
             said, (truth, names) = factors[name]["probability"], _true(acting)
             right = sum(said.get(one, 0.0) for one in names)
-            yield Judgement(truth, said.get(NONE, 0.0), said.get(UNKNOWN, 0.0), right)
+            alone = factors[ANGLE]["probability"].get(NONE, 0.0) if name == PRESSURES else 1.0
+            yield Judgement(truth, said.get(NONE, 0.0), said.get(UNKNOWN, 0.0), right, alone)
 
 
 def _acts_on(factor: str, effect: str, stage: str) -> bool:
