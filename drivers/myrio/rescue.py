@@ -52,6 +52,8 @@ class Rescue:
             self._error = error
         except RigError as error:
             self._error = DeviceLost(str(error))
+        except Exception as error:  # noqa: BLE001 - lost with its thread, it would pass for a write that worked
+            self._error = DeviceError(f"{self._name}: the safe set-points are not written: {error!r}")
         finally:
             sys.setswitchinterval(usual_s)
 

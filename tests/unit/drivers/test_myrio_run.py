@@ -1,5 +1,6 @@
 """A running myRIO through the real nifpga package: outputs, inputs, and every error on the way."""
 
+import errno
 import math
 import subprocess
 import sys
@@ -284,6 +285,37 @@ def test_what_keeps_a_new_session_from_opening_is_said(lab: Lab) -> None:
     assert any("opening failed: InvalidSession" in text for text in said)
     lab.fpga.heal()
     device.close()
+
+
+def test_safe_is_not_said_when_a_new_session_ends_in_an_error_of_another_kind(
+    lab: Lab, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """No descriptor was left for the kept bitfile: the error went with its thread, and what nobody had written was
+    called safe."""
+    device = lab.device()
+    device.open()
+    device.write(0.4, 0.05)
+    lab.settings.bitfile.unlink()
+    lab.fpga.lose_sessions()
+
+    def exhausted(_: str) -> int:
+        raise OSError(errno.EMFILE, "Too many open files")
+
+    monkeypatch.setattr("os.memfd_create", exhausted)
+    said = set()
+    for _ in range(2000):
+        try:
+            device.safe()
+        except DeviceError as error:
+            said.add(str(error))
+            continue
+        pytest.fail(f"safe at {lab.stand_in.board.commands_mpa()} MPa")
+    assert any("not written: OSError(24, 'Too many open files')" in text for text in said), said
+    monkeypatch.undo()
+    with suppress(DeviceError):  # not yet
+        device.safe()
+    device.close()
+    assert lab.stand_in.board.commands_mpa() == pytest.approx((0.2, 0.2), abs=1e-4)
 
 
 def test_safe_from_another_process_while_this_one_holds_the_session(lab: Lab, tmp_path: Path) -> None:
