@@ -24,6 +24,8 @@ class Outcome:
     realtime: Mapping[str, str] = field(default_factory=dict)
     safe: SafeReport = field(default_factory=SafeReport)
     """What is known of the safe state at the end."""
+    driven: bool = False
+    """The loop has ticked: the rig is to be left in its safe state."""
     channels: Channels = PNEUMATIC
     """Of the rig: whose units are told."""
 
@@ -41,21 +43,28 @@ class Outcome:
     @property
     def stopped(self) -> bool:
         """Somebody or something stopped the rig before it was done."""
-        return self.interrupted or bool(self.error) or any(run.fault for run in self.runs)
+        return self.interrupted or bool(self.error) or self._unsafe or any(run.fault for run in self.runs)
+
+    @property
+    def _unsafe(self) -> bool:
+        """The rig was under way, and nobody has seen to its safe state since."""
+        return self.driven and not self.safe.safe
 
     @property
     def _rest(self) -> str:
         """What became of the rig, for the end of a bad line; nothing where it never was under way."""
-        return f"; {self.safe.words}" if self.safe.writer or self.safe.outcome else ""
+        return f"; {self.safe.words}" if self.driven or self.safe.writer or self.safe.outcome else ""
 
     def judge(self) -> None:
-        """CheckFailed after a fault, an error or an invalid run, Interrupted after an interrupted one that was none of
-        these."""
+        """CheckFailed after a fault, an error, a rig that is not known to be safe or an invalid run, Interrupted after
+        an interrupted one that was none of these."""
         faults = [r for r in self.runs if r.fault and not (self.interrupted and r.fault == Fault.ESTOP)]
         if faults:
             raise CheckFailed(f"{faults[0].file.name}: {faults[0].cause}{self._rest}")
         if self.error:
             raise CheckFailed(self.error + self._rest)
+        if self._unsafe:
+            raise CheckFailed(self.safe.words)
         if self.interrupted:
             raise Interrupted
         invalid = [r for r in self.runs if not r.valid]

@@ -107,7 +107,7 @@ def _run(
     finally:
         left = session.close(lambda line: console("-").print(line, style="yellow", markup=False))
         outcome.runs += left
-        outcome.safe = session.safe
+        outcome.safe, outcome.driven = session.safe, session.ticked
         if session.given_up:
             lost = [f"{run.file}: {run.error}" for run in left if run.error]
             outcome.error = outcome.error or "; ".join(lost) or session.given_up

@@ -94,8 +94,8 @@ def replay(
     if left := len(job.recordings) - len(done):
         terminal.print(f"not replayed, for the rig was stopped: {left} of {len(job.recordings)} recordings")
     emit({"runs": [item.to_json() for item in done]}, json_to)
+    for item in done:
+        item.outcome.judge()
     moved = sum(bool(item.departures) for item in done)
     if moved:
         raise CheckFailed(f"{moved} of {len(done)} replays left the gate's tolerances")
-    for item in done:
-        item.outcome.judge()

@@ -14,16 +14,20 @@ import pytest
 from rich.console import Console
 from support.scripted import program
 
+from hil.bench import SimulatedRig
 from rig.app import compose, shipped
 from rig.app.runs import runner
 from rig.app.runs.outcome import Outcome
 from rig.app.runs.runner import Planned, RunOptions
-from rig.errors import CheckFailed, Interrupted, RigError
+from rig.app.supervise import watcher_process
+from rig.errors import CheckFailed, DeviceError, Interrupted, RigError
 from rig.realtime.faults import Fault
+from rig.realtime.safe_state import Outcome as SafeOutcome
+from rig.realtime.safe_state import SafeReport, SecondPath, Writer
 from rig.sample import Sample
 from rig.service.records.orders import RunResult
 from rig.service.session.run_setup import program_of
-from rig.service.session.session import LoopOrders, Session
+from rig.service.session.session import LoopOrders, Session, Watching
 
 DENIED = {"fifo": "denied: Operation not permitted", "mlock": "granted"}
 
@@ -62,6 +66,20 @@ def test_a_bad_outcome_says_why(outcome: Outcome, says: str) -> None:
 def test_an_interruption_is_130(runs: list[RunResult]) -> None:
     with pytest.raises(Interrupted):
         Outcome(runs, 3, interrupted=True).judge()
+
+
+@pytest.mark.parametrize("interrupted", [False, True])
+@pytest.mark.parametrize(
+    ("safe", "says"),
+    [
+        (SafeReport(Writer.SUPERVISOR, outcome=SafeOutcome.FAILED), "NOT SAFE as far as is known: the supervisor"),
+        (SafeReport(), "nobody has reported the safe state yet; old set-points may stand"),
+    ],
+)
+def test_a_rig_that_is_not_known_to_be_safe_is_no_success(interrupted: bool, safe: SafeReport, says: str) -> None:
+    outcome = Outcome([good()], 1, interrupted=interrupted, safe=safe, driven=True)
+    assert ends(outcome).startswith(says)
+    assert outcome.stopped
 
 
 def test_the_simulated_rig_runs_without_permission_and_says_so(capsys: pytest.CaptureFixture[str]) -> None:
@@ -126,6 +144,33 @@ def test_a_loop_that_has_left_is_not_killed_by_the_signal_that_comes_after_the_w
     assert session.loop is not None
     session.close()
     assert session.loop.exitcode == 0
+
+
+def loop_whose_device_takes_no_safe_state(orders: LoopOrders, pipe: Connection) -> None:
+    def refuse(_: SimulatedRig) -> None:
+        raise DeviceError("no answer")
+
+    SimulatedRig.safe = refuse  # type: ignore[method-assign]
+    compose.loop_process(orders, pipe)
+
+
+def test_a_device_that_is_lost_on_the_way_out_is_told_though_every_record_is_whole(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The loop ended in good order, nobody brought the valves to their safe set-points, and the command succeeded."""
+
+    def out_of_reach() -> None:
+        raise DeviceError("no answer")
+
+    beside = Watching(watcher_process, (), lambda: SecondPath(out_of_reach))
+    monkeypatch.setattr(compose, "loop_process", loop_whose_device_takes_no_safe_state)
+    monkeypatch.setattr(compose, "outlives_the_loop", lambda _: True)
+    monkeypatch.setattr(runner, "watching", lambda _: beside)
+    monkeypatch.setattr("rig.service.session.session.SETTLE_S", 0.3)
+    plan = replace(program(), run=1)
+    outcome = runner.carry_out(compose.load(None), [Planned("a", plan)], RunOptions(tmp_path / "out", virtual=True))
+    assert [(run.valid, run.fault) for run in outcome.runs] == [(True, 0)]
+    assert ends(outcome).startswith("NOT SAFE as far as is known: the commanding process could not bring the device")
 
 
 def test_a_fault_outside_a_record_is_told(tmp_path: Path) -> None:
