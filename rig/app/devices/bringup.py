@@ -7,10 +7,11 @@ state.
 import contextlib
 import math
 import os
+import signal
 import threading
 import time
 from collections import Counter, deque
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from statistics import fmean, pstdev
 from types import TracebackType
@@ -65,15 +66,16 @@ class DeviceTicker:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        self._quit.set()
-        self._thread.join()
-        try:
-            if self._at is not None:
-                self._make_safe()
-        finally:
-            if self._overseen is not None:
-                self._overseen.__exit__(kind, error, trace)
-            let_go(self._device)
+        with _ctrl_c_afterwards():
+            self._quit.set()
+            self._thread.join()
+            try:
+                if self._at is not None:
+                    self._make_safe()
+            finally:
+                if self._overseen is not None:
+                    self._overseen.__exit__(kind, error, trace)
+                let_go(self._device)
 
     def _make_safe(self) -> None:
         """Ask until the device has taken it; one whose connection was lost needs a moment."""
@@ -173,6 +175,23 @@ class DeviceTicker:
         a, b = (at + min(max(goal - at, -step), step) for at, goal in zip(self._at, self._goal, strict=True))
         self._device.write(a, b)
         self._at = (a, b)
+
+
+@contextlib.contextmanager
+def _ctrl_c_afterwards() -> Iterator[None]:
+    """Ctrl-C strikes when this is over: whoever presses it twice is not to keep the rig from its safe state, which has
+    a bound of its own. Who stands above this process sees to one that hangs."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    pressed: list[int] = []
+    before = signal.signal(signal.SIGINT, lambda number, _: pressed.append(number))
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
+    if pressed:
+        raise KeyboardInterrupt
 
 
 def let_go(device: Device) -> None:

@@ -1,0 +1,84 @@
+"""A device without a loop is left safe, whatever comes on the way out."""
+
+import signal
+from types import TracebackType
+from typing import Any
+
+import pytest
+
+from rig.app.devices.bringup import DeviceTicker
+from rig.interfaces import Measurement
+
+SAFE_MPA = (0.2, 0.2)
+
+
+class Pressed:
+    """A device; while it is being made safe for the first time somebody presses Ctrl-C."""
+
+    def __init__(self) -> None:
+        self.is_safe = self.struck = self.is_open = False
+
+    def open(self) -> dict[str, str]:
+        self.is_open = True
+        return {}
+
+    def read(self) -> Measurement:
+        return Measurement()
+
+    def write(self, *_: float) -> None:
+        self.is_safe = False
+
+    def safe(self) -> None:
+        if not self.struck:
+            self.struck = True
+            signal.raise_signal(signal.SIGINT)
+        self.is_safe = True
+
+    def close(self) -> None:
+        self.is_open = False
+
+
+class Above:
+    """Who stands above the command, and is let go at its end."""
+
+    def __init__(self, device: Pressed) -> None:
+        self._device = device
+        self.let_go_of_a_safe_rig: bool | None = None
+
+    def beat(self, ahead_ns: int = 0) -> None:
+        pass
+
+    def trouble(self) -> str:
+        return ""
+
+    def __enter__(self) -> "Above":
+        return self
+
+    def __exit__(self, *_: type[BaseException] | BaseException | TracebackType | None) -> None:
+        self.let_go_of_a_safe_rig = self._device.is_safe
+
+
+def held(device: Any, above: Any = None, *, given_up: bool = False) -> None:
+    """The device is held, and let go; `given_up`: by Ctrl-C."""
+    with DeviceTicker(device, 5_000_000, SAFE_MPA, above) as ticker:
+        ticker.go_to(*SAFE_MPA)
+        if given_up:
+            raise KeyboardInterrupt
+
+
+def test_a_second_ctrl_c_does_not_keep_the_rig_from_its_safe_state() -> None:
+    """Those above the command were told that the rig was safe and let it be; the old set-points stood."""
+    device = Pressed()
+    above, before = Above(device), signal.getsignal(signal.SIGINT)
+    with pytest.raises(KeyboardInterrupt):
+        held(device, above, given_up=True)
+    assert device.struck
+    assert (device.is_safe, above.let_go_of_a_safe_rig, device.is_open) == (True, True, False)
+    assert signal.getsignal(signal.SIGINT) is before
+
+
+def test_a_ctrl_c_on_the_way_out_is_heard_after_it() -> None:
+    device = Pressed()
+    with pytest.raises(KeyboardInterrupt):
+        held(device)
+    assert (device.is_safe, device.is_open) == (True, False)
