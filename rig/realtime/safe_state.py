@@ -189,12 +189,12 @@ class SafeBlock:
 
 class WatchedProcess:
     """A process by its descriptor: whether it is gone, and its end. A pid that is gone already is a process that is
-    gone."""
+    gone; OSError for one that cannot be watched, which may well be there."""
 
     def __init__(self, pid: int) -> None:
         try:
             self._descriptor: int | None = os.pidfd_open(pid)
-        except OSError:
+        except ProcessLookupError:
             self._descriptor = None
 
     def gone_within(self, seconds: float) -> bool:

@@ -1,5 +1,6 @@
 """The supervisor against real processes: what it sees, what it does, and in which order."""
 
+import errno
 import os
 import signal
 import subprocess
@@ -207,3 +208,14 @@ def test_a_process_that_is_gone_already_is_gone(rig: Rig) -> None:
     rig.process.kill()
     rig.process.wait()
     assert WatchedProcess(rig.process.pid).gone_within(0.0)
+
+
+def test_a_process_that_cannot_be_watched_is_not_taken_for_gone(rig: Rig, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Without a descriptor left, a loop that was stopped was called gone, and the rig safe: it was never ended."""
+
+    def exhausted(_: int) -> int:
+        raise OSError(errno.EMFILE, "Too many open files")
+
+    monkeypatch.setattr(os, "pidfd_open", exhausted)
+    with pytest.raises(OSError, match="Too many open files"):
+        WatchedProcess(rig.process.pid)
