@@ -82,20 +82,20 @@ class SessionMonitor:
     def open(self, estops: int = 0) -> None:
         """Start a session. A device that does not answer is a fault like any other: the daemon stays, and says so. One
         for whose opening less `estops` were known than have come begins stopped."""
-        parts = self._parts
-        session = Session(
-            parts.loop, parts.rig, virtual=parts.virtual, seed=parts.seed, options=parts.options,
-            watching=parts.watching, ring_suffix=KEPT_RING, owner=self._owner,
-        )  # fmt: skip
-        self._opening = session
-        if self.estops != estops:
-            session.mailbox.estop(Fault.ESTOP)
+        parts, session = self._parts, None
         try:
+            session = self._opening = Session(
+                parts.loop, parts.rig, virtual=parts.virtual, seed=parts.seed, options=parts.options,
+                watching=parts.watching, ring_suffix=KEPT_RING, owner=self._owner,
+            )  # fmt: skip
+            if self.estops != estops:
+                session.mailbox.estop(Fault.ESTOP)
             parts.driver()  # looks up the names of the wires, here on a thread of its own
             session.open()
             session.go()
-        except RigError as error:
-            session.close()
+        except (RigError, OSError) as error:  # OSError: the machine gives no process, descriptor or memory
+            if session is not None:
+                session.close()
             fault = Fault.DEVICE_LOST if isinstance(error, DeviceError | ConfigError) else Fault.LOOP_DIED
             self._break(fault, str(error))
         else:
@@ -118,7 +118,9 @@ class SessionMonitor:
         return session.safe.words if session.ticked else "the loop never ticked, and nothing was written to the rig"
 
     def reopen(self, estops: int) -> None:
-        """A new session for one that is broken; `estops` as they were when it was asked for."""
+        """A new session for one that is broken; `estops` as they were when it was asked for. The fault stands until
+        then, also that of a loop which has gone."""
+        self._break(self.fault, self.message)
         self.close()
         self.telemetry = None
         self.open(estops)

@@ -1,8 +1,11 @@
 """The monitor of one rig before its session is open: a clear answer, not a bug of the daemon."""
 
 import asyncio
+import errno
 import gc
+import os
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, cast
 
@@ -12,8 +15,11 @@ from support.rigs.fieldbus_rigs import soon
 from rig.app.compose import load
 from rig.app.shipped import find_config
 from rig.app.supervise import parts_of
+from rig.errors import StateError
 from rig.realtime.faults import Fault
-from rig.realtime.state import State
+from rig.realtime.ring import Ring
+from rig.realtime.shared import folder, living_owner
+from rig.realtime.state import Event, State
 from rig.service.door.protocol import Refused
 from rig.service.session.session_monitor import SessionMonitor
 
@@ -99,3 +105,48 @@ def test_sessions_that_ended_leave_no_memory_behind() -> None:
     del monitor
     gc.collect()
     assert "-daemon-ring" not in Path("/proc/self/maps").read_text()
+
+
+def refuse_memory(*_: object) -> Ring:
+    raise StateError("/dev/shm/pamrig-x: cannot be made: No space left on device")
+
+
+def refuse_processes() -> str:
+    raise OSError(errno.EAGAIN, "Resource temporarily unavailable")
+
+
+@pytest.mark.parametrize("lacks", ["memory", "processes"])
+def test_a_machine_that_gives_no_new_session_leaves_the_fault_and_a_way_out(
+    lacks: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A reset that met a full /dev/shm or no free process left a daemon that called the rig disarmed, without a fault
+    and without a loop, and that no reset was allowed for any more."""
+    parts = parts_of(load(None), virtual=True)
+    if lacks == "memory":
+        monkeypatch.setattr(Ring, "create", refuse_memory)
+    else:
+        parts = replace(parts, driver=refuse_processes)
+    monitor = SessionMonitor(parts)
+    monitor.reopen(0)
+    assert (monitor.fault, monitor.state) == (Fault.LOOP_DIED, State.FAULT)
+    assert "No space left" in monitor.message or "temporarily unavailable" in monitor.message
+    monitor.require(Event.RESET)
+    assert not [path for path in folder().glob("pamrig-*") if living_owner(path) == os.getpid()]
+
+
+def test_a_fault_stands_while_a_reset_opens_the_rig_anew(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The status said that the rig was disarmed and had no fault."""
+    parts, seen = parts_of(load(None), virtual=True), []
+    monitor = SessionMonitor(replace(parts, driver=lambda: seen.append((monitor.state, monitor.fault)) or ""))
+    monitor.open()
+    monitor.begin_estop()
+
+    def stopped() -> bool:
+        monitor.check()
+        return monitor.fault is Fault.ESTOP
+
+    assert soon(stopped)
+    seen.clear()
+    monitor.reopen(monitor.estops)
+    monitor.close()
+    assert set(seen) == {(State.FAULT, Fault.ESTOP)}
