@@ -186,7 +186,7 @@ def file_name(name: str) -> str:
 def check_free(targets: Iterable[Path]) -> None:
     """RecordError where a log is to be written and something stands already."""
     for target in targets:
-        if target.exists():
+        if os.path.lexists(target):
             raise RecordError(f"{target}: exists already; a log is never overwritten")
 
 

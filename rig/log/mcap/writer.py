@@ -13,7 +13,7 @@ from typing import Any, Final
 from rig.errors import RecordError
 from rig.log.mcap import schema
 from rig.log.mcap.frame_writer import McapWriter
-from rig.outputs import NO_LINKS, check_free
+from rig.outputs import NO_LINKS, check_free, keep_names
 from rig.sample import SAMPLE_BYTES, Wire
 
 PARTIAL_SUFFIX: Final = ".partial"
@@ -224,11 +224,14 @@ def take_name(partial: Path, path: Path) -> None:
     except FileExistsError:
         raise RecordError(f"{path}: exists already; the new recording is whole and stays at {partial}") from None
     except OSError as error:
-        if error.errno not in (*NO_LINKS, *_NO_ROOM) or path.exists():
+        if error.errno not in (*NO_LINKS, *_NO_ROOM) or os.path.lexists(path):
             raise RecordError(f"{path}: cannot be written: {error.strerror}") from None
-        os.rename(partial, path)
-    folder = os.open(path.parent, os.O_RDONLY)
+        _rename(partial, path)
+    keep_names(path.parent)
+
+
+def _rename(partial: Path, path: Path) -> None:
     try:
-        os.fsync(folder)
-    finally:
-        os.close(folder)
+        os.rename(partial, path)
+    except OSError as error:
+        raise RecordError(f"{path}: cannot be written: {error.strerror}") from None

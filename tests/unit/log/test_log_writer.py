@@ -2,6 +2,7 @@
 
 import errno
 import os
+import stat
 import subprocess
 import sys
 from pathlib import Path
@@ -89,6 +90,40 @@ def test_finish_works_where_there_are_no_hard_links_and_no_room_for_one(
     path = tmp_path / "run.mcap"
     assert RunWriter(path, {}, {}).finish({}) == path
     assert path.exists()
+
+
+def test_finish_works_where_a_folder_cannot_be_synced(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """On shares of other systems: the recorder died behind every record, and the rig was stopped."""
+    sync = os.fsync
+
+    def only_files(descriptor: int) -> None:
+        if stat.S_ISDIR(os.fstat(descriptor).st_mode):
+            raise OSError(errno.EINVAL, "Invalid argument")
+        sync(descriptor)
+
+    monkeypatch.setattr(os, "fsync", only_files)
+    path = tmp_path / "run.mcap"
+    assert RunWriter(path, {}, {}).finish({}) == path
+
+
+def test_a_name_that_is_refused_at_the_end_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def refuse(*_: object) -> None:
+        raise OSError(errno.EPERM, "Operation not permitted")
+
+    run = RunWriter(tmp_path / "run.mcap", {}, {})
+    monkeypatch.setattr(writer.os, "link", refuse)
+    monkeypatch.setattr(writer.os, "rename", refuse)
+    with pytest.raises(RecordError, match=r"run\.mcap: cannot be written: Operation not permitted"):
+        run.finish({})
+    assert run.partial.exists()
+
+
+def test_a_name_that_no_disk_takes_is_refused_and_so_is_one_that_leads_nowhere(tmp_path: Path) -> None:
+    with pytest.raises(RecordError, match="cannot be written: File name too long"):
+        RunWriter(tmp_path / f"{'x' * 300}.mcap", {}, {})
+    (tmp_path / "run.mcap").symlink_to(tmp_path / "gone.mcap")
+    with pytest.raises(RecordError, match="exists already"):
+        RunWriter(tmp_path / "run.mcap", {}, {})
 
 
 def test_what_was_flushed_is_on_the_disk(tmp_path: Path) -> None:
