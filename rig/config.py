@@ -26,8 +26,8 @@ from rig.errors import ConfigError
 from rig.fields import bounded
 
 __all__ = [
-    "bounded", "check_regular", "finite", "load", "one_line", "read_text", "read_yaml", "shown", "structure", "suggest",
-    "unstructure",
+    "bounded", "check_regular", "finite", "load", "one_line", "parse_yaml", "read_text", "read_yaml", "shown",
+    "structure", "suggest", "unstructure",
 ]  # fmt: skip
 
 T = TypeVar("T")
@@ -58,7 +58,11 @@ def structure(raw: object, schema: type[T], where: str) -> T:
 def read_yaml(path: Path, most_bytes: int = MOST_BYTES) -> object:
     """The YAML at `path` as plain data; ConfigError names the line when it is broken, and what is too large before it
     is built."""
-    text = read_text(path, most_bytes)
+    return parse_yaml(read_text(path, most_bytes), path)
+
+
+def parse_yaml(text: str, path: Path) -> object:
+    """The same of what was read from `path`, for who keeps it too."""
     try:
         return strict_yaml.built(text)
     except yaml.MarkedYAMLError as error:
@@ -87,7 +91,7 @@ def read_text(path: Path, most_bytes: int = MOST_BYTES) -> str:
 
 def _text(path: Path, most_bytes: int) -> str:
     check_regular(path, most_bytes)
-    return path.read_text(encoding="utf-8")
+    return path.read_bytes().decode("utf-8")  # every line with the end that it has
 
 
 def check_regular(path: Path, most_bytes: int | None = None) -> None:

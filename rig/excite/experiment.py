@@ -8,13 +8,14 @@ Whether a run fits the rig is envelope.py; carrying it out tick by tick is rig.r
 
 import itertools
 import math
+import os
 from array import array
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any, cast
 
-from rig.config import one_line, read_yaml, shown, structure, suggest
+from rig.config import one_line, parse_yaml, read_text, shown, structure, suggest
 from rig.errors import ConfigError
 from rig.excite.reference import AMPLITUDE, Amplitude, Reference, Tracking, tracking
 from rig.excite.signals import Chirp, Mixed, Multisine, Signal, Sine, Triangle, amount, sampled
@@ -45,6 +46,8 @@ MOST_RECORDS = 20_000
 """Of one sweep: two days of records of ten seconds."""
 MOST_TICKS = 20_000_000
 """Of all different waveforms of a sweep together: a day at 5 ms and some more, 160 MB."""
+MOST_NAME_BYTES = 200
+"""Of a record: 255 are what a disk takes, and a file that is being written or was stopped adds to its name."""
 
 
 @dataclass(frozen=True)
@@ -87,6 +90,8 @@ class Sweep:
     repeats: int = 1
     closed_loop: ClosedLoop | None = None
     """Gains for its references."""
+    text: str = ""
+    """The YAML that it was read from."""
 
     @property
     def tracks(self) -> bool:
@@ -135,7 +140,8 @@ class _Head(Timing):
 
 def load_sweep(path: Path) -> Sweep:
     """The sweep at `path`; ConfigError names the key when it does not fit. Any parameter of a signal may be a list."""
-    raw = read_yaml(path, MOST_SWEEP_BYTES)
+    text = read_text(path, MOST_SWEEP_BYTES)
+    raw = parse_yaml(text, path)
     if not isinstance(raw, dict):
         raise ConfigError(
             f"{path}: expected a mapping with the keys records, {', '.join(f.name for f in fields(_Head))}"
@@ -161,7 +167,7 @@ def load_sweep(path: Path) -> Sweep:
         for entry in _record(record, shared, path, f"records[{index}]", angles)
     )
     name = one_line(head.name, f"{path}: name") or path.stem
-    return Sweep(name, entries, head.p0_mpa, head.repeats, head.closed_loop)
+    return Sweep(name, entries, head.p0_mpa, head.repeats, head.closed_loop, text)
 
 
 def with_files(records: list[Any], place: Callable[[Path], Path]) -> list[Any]:
@@ -268,7 +274,7 @@ def expand(sweep: Sweep, period_ns: int) -> list[RunPlan]:
         for repeat in range(1, sweep.repeats + 1)
         for entry, p0 in _in_order(sweep)
     ]
-    return _told_apart(plans)
+    return _checked_names(_told_apart(plans), sweep.name)
 
 
 def _in_order(sweep: Sweep) -> list[tuple[Entry, float]]:
@@ -354,6 +360,17 @@ def _told_apart(plans: list[RunPlan]) -> list[RunPlan]:
         seen.add(free)
         out.append(replace(plan, name=free))
     return out
+
+
+def _checked_names(plans: list[RunPlan], sweep: str) -> list[RunPlan]:
+    """The plans; ConfigError for one whose file no disk would take, before anything moves."""
+    for plan in plans:
+        if (count := len(os.fsencode(plan.name))) > MOST_NAME_BYTES:
+            raise ConfigError(
+                f"{sweep}: a record would be called {shown(plan.name)}, {count} bytes; at most {MOST_NAME_BYTES}: "
+                "give the file of its table a shorter name"
+            )
+    return plans
 
 
 def _numbered(name: str) -> Iterator[str]:

@@ -4,7 +4,6 @@ outcome.py."""
 import itertools
 import math
 import os
-import re
 import signal
 import time
 from collections.abc import Callable, Mapping, Sequence
@@ -21,6 +20,7 @@ from rig.app.terminal import console, progress
 from rig.channels import Channels
 from rig.errors import RigError
 from rig.log.mcap.writer import PARTIAL_SUFFIX
+from rig.outputs import file_name
 from rig.realtime import measures
 from rig.realtime.faults import Fault, explain
 from rig.realtime.program import Program
@@ -121,12 +121,12 @@ def prepare_folder(out: Path, names: Sequence[str]) -> None:
     if not os.access(out, os.W_OK):
         raise RigError(f"{out}: the folder cannot be written to; choose another with --out")
     for name in names:
-        if (out / name).exists():
+        if os.path.lexists(out / name):
             raise RigError(
                 f"{out / name}: exists already; logs are never overwritten, choose another folder with --out"
             )
         partial = out / f"{name}{PARTIAL_SUFFIX}"
-        if partial.exists():
+        if os.path.lexists(partial):
             raise RigError(
                 f"{partial}: an unfinished record lies there; `pamrig log recover` it, or choose another --out"
             )
@@ -263,6 +263,19 @@ def _show(session: Session, own: Channels, update: Callable[[float, str], None],
 def new_folder(name: str) -> Path:
     """logs/DATE_NAME, beside where the command was called; a number is added when it is taken."""
     stamp = datetime.now(UTC).strftime("%Y%m%dT%H%M%SZ")
-    plain = re.sub(r"[^\w.-]+", "-", name)
+    plain = file_name(name)
     numbered = (f"{stamp}_{plain}" if n == 1 else f"{stamp}_{plain}_{n}" for n in itertools.count(1))
-    return next(folder for item in numbered if not (folder := Path("logs") / item).exists())
+    return next(folder for item in numbered if not os.path.lexists(folder := Path("logs") / item))
+
+
+def made_folder(name: str) -> Path:
+    """The same, and made: two commands of one second, for two rigs, have one each."""
+    while True:
+        folder = new_folder(name)
+        try:
+            folder.mkdir(parents=True)
+        except FileExistsError:
+            continue  # since it was looked for
+        except OSError as error:
+            raise RigError(f"{folder}: cannot be made: {error.strerror}") from None
+        return folder

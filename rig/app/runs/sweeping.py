@@ -68,12 +68,12 @@ def run_sweep(sweep: Path, rig: RigConfig, options: SweepOptions) -> Outcome:
         rig,
         runs,
         runner.RunOptions(
-            out=options.out or runner.new_folder(plan.name),
+            out=options.out or runner.made_folder(plan.name),
             virtual=options.virtual,
             seed=options.seed,
             force=options.force,
             facts=options.facts,
-            attachments={"sweep.yaml": sweep.read_bytes()},
+            attachments={"sweep.yaml": plan.text.encode()},
             device_options=options.device_options,
         ),
     )

@@ -88,7 +88,7 @@ def track(
     result, tracked = tracking.follow(
         prepared,
         runner.RunOptions(
-            out=output or runner.new_folder(prepared.name), virtual=clock == "virtual", seed=seed, force=force
+            out=output or runner.made_folder(prepared.name), virtual=clock == "virtual", seed=seed, force=force
         ),
     )
     summary(result, json_to)

@@ -15,10 +15,9 @@ from multiprocessing.process import BaseProcess
 from pathlib import Path
 from typing import Any, Final, cast
 
-from rig.config import read_text
 from rig.errors import EnvelopeError, RigError
 from rig.excite.envelope import check_run
-from rig.excite.experiment import MOST_SWEEP_BYTES, RunPlan, expand, load_sweep
+from rig.excite.experiment import RunPlan, Sweep, expand, load_sweep
 from rig.realtime.commands import program_name
 from rig.rig_config import RigConfig
 from rig.service.helper_process import HelperProcess, serve_requests
@@ -52,7 +51,11 @@ class Published:
 def plans_of(path: Path, rig: RigConfig) -> list[RunPlan]:
     """Every run of the sweep at `path`, checked against the rig's envelope. RigError, one line, when it does not
     fit."""
-    plans = expand(load_sweep(path), rig.period_ns)
+    return _fitting(load_sweep(path), path, rig)
+
+
+def _fitting(sweep: Sweep, path: Path, rig: RigConfig) -> list[RunPlan]:
+    plans = expand(sweep, rig.period_ns)
     checked = set()
     for plan in plans:
         way = (id(plan.dp_mpa), plan.p0_mpa, plan.ramp_in_ticks, plan.ramp_out_ticks)
@@ -137,12 +140,12 @@ class _Desk:
         """There is nothing to do once the process runs."""
 
     def check(self, path: Path) -> Summary:
-        return self._summary(path, plans_of(path, self._rig))
+        return self._expanded(path)[1]
 
     def open(self, path: Path) -> Summary:
         self._plans = []
-        self._plans = plans_of(path, self._rig)
-        return self._summary(path, self._plans)
+        self._plans, summary = self._expanded(path)
+        return summary
 
     def publish(self, index: int, run: int, session: int) -> Published:
         if index >= len(self._plans):
@@ -152,6 +155,9 @@ class _Desk:
         program.publish(program_name(session, run), session).close()
         return Published(plan.name, plan.facts, program.ticks, len(program.p1_cmd_mpa))
 
-    def _summary(self, path: Path, plans: list[RunPlan]) -> Summary:
+    def _expanded(self, path: Path) -> tuple[list[RunPlan], Summary]:
+        """The file is read once: what is kept of it in each record is what the record was made from."""
+        sweep = load_sweep(path)
+        plans = _fitting(sweep, path, self._rig)
         seconds = sum(plan.ticks for plan in plans) * self._rig.period_ns / 1e9
-        return Summary(len(plans), seconds, read_text(path, MOST_SWEEP_BYTES).encode())
+        return plans, Summary(len(plans), seconds, sweep.text.encode())

@@ -83,6 +83,19 @@ def test_a_number_gives_no_name_that_another_record_has(tmp_path: Path) -> None:
     assert names == ["waveform_w", "waveform_w_3", "waveform_w_2", "waveform_w_4"]
 
 
+def test_a_record_s_name_is_one_that_a_disk_takes(tmp_path: Path) -> None:
+    """A table with a long name ended `run` in a traceback, and a daemon as an error in the daemon itself."""
+    for stem, fits in (("x" * 180, True), ("\u00e4" * 100, False), ("x" * 240, False)):
+        (tmp_path / f"{stem}.csv").write_text("t_s,dp_mpa\n0,0\n1,0\n")
+        (tmp_path / "s.yaml").write_text(f"records: [{{waveform: {{file: {stem}.csv}}}}]")
+        sweep = load_sweep(tmp_path / "s.yaml")
+        if fits:
+            assert expand(sweep, PERIOD_NS)[0].name == f"waveform_{stem}"
+            continue
+        with pytest.raises(ConfigError, match="bytes; at most 200: give the file of its table a shorter name"):
+            expand(sweep, PERIOD_NS)
+
+
 def test_a_name_says_the_length_that_makes_the_waveform(tmp_path: Path) -> None:
     """Two sweeps with chirps of 10 and of 20 s had records of one name, which then had to pair and could not."""
     chirps = "{chirp: {amplitude_mpa: 0.1, length_s: [10, 20]}}"

@@ -46,6 +46,11 @@ def sweep(tmp_path: Path) -> Iterator[Path]:
     program_path(SESSION, 7).unlink(missing_ok=True)
 
 
+def test_the_text_of_a_sweep_is_kept_as_it_is(tmp_path: Path) -> None:
+    (tmp_path / "short.yaml").write_bytes(SWEEP.replace("\n", "\r\n").encode())
+    assert asked(lambda planner: planner.check(tmp_path / "short.yaml")).text.count(b"\r\n") == SWEEP.count("\n")
+
+
 def test_a_sweep_is_summed_up_and_a_record_s_program_lies_in_shared_memory(sweep: Path) -> None:
     async def talk(planner: Planner) -> Any:
         return await planner.open(sweep), await planner.publish(1, 7, SESSION)
