@@ -11,6 +11,7 @@ from typing import Any, Final, TypeVar
 
 from rig.errors import RigError
 from rig.log.mcap.schema import Ended
+from rig.outputs import file_name
 from rig.realtime.commands import Request, program_path
 from rig.realtime.state import State
 from rig.rig_config import RigConfig
@@ -19,7 +20,7 @@ from rig.service.processes import DISK_PATIENCE_S
 from rig.service.queue.job_queue import Job, JobState, Queue
 from rig.service.queue.planner import Planner, Published, Summary
 from rig.service.records.ledger import Ledger
-from rig.service.records.orders import RunResult
+from rig.service.records.orders import RunOrder, RunResult
 from rig.service.records.record_names import aside, free, vacated
 from rig.service.session.run_setup import order_of, session_facts
 from rig.service.session.session import Session
@@ -40,7 +41,7 @@ class NoSpace(Refused):
 
 
 class _Held(Exception):
-    """A stop came while the planner was at work."""
+    """A stop came before the record that was being prepared had begun."""
 
 
 class QueueRunner:
@@ -145,7 +146,7 @@ class QueueRunner:
             await self._records(job, sweep)
         except _Held:
             pass  # stopped, below
-        except NoSpace as error:
+        except Refused as error:  # by the disk or the loop, as things stand now: the sweep is as good as before
             self._give_up(job, JobState.STOPPED, str(error))
         except RigError as error:
             self._give_up(job, JobState.FAILED, str(error))
@@ -169,7 +170,7 @@ class QueueRunner:
 
     async def _records(self, job: Job, sweep: Summary) -> None:
         self.check_space()
-        job.folder = job.folder or str(self._folder(job.name))
+        job.folder = job.folder or str(await asyncio.to_thread(self._folder, job.name))
         await asyncio.to_thread(_make, Path(job.folder))
         for index in range(job.done, job.total):
             if self._held:
@@ -214,7 +215,7 @@ class QueueRunner:
         if session is None:
             return None
         self._last_run += 1
-        run = self._last_run
+        run, holds = self._last_run, self.holds
         try:
             plan = await self._planned(self.planner.publish(index, run, session.id))
         except _Held:
@@ -231,15 +232,29 @@ class QueueRunner:
             }
             attachments = {**self._rig.files, "sweep.yaml": sweep.text}
             order = order_of(session, run, plan.sweep_ticks, self.current, facts, attachments)
-            await asyncio.to_thread(session.expect, order)  # it waits for the recorder when it is longer than a pipe
-            session.mailbox.stop(False)
-            await monitor.request(Request.START, run)
+            await self._begin(session, order, holds)
             self._now = plan, monitor.telemetry.latest.tick if monitor.telemetry and monitor.telemetry.latest else 0
             _LOG.info("%s started, run %d", plan.name, run)
             return await self._result(session, run)
         finally:
             self._now = self.current = None
             session.retire(run)
+
+    async def _begin(self, session: Session, order: RunOrder, holds: int) -> None:
+        """Tell the recorder, who takes an order that is longer than a pipe when his disk lets him, and then the loop.
+        _Held when there are more than so many `holds` meanwhile: the rig may even be armed anew by then, and a reset
+        waits for us."""
+        telling = asyncio.ensure_future(asyncio.to_thread(session.expect, order))
+        try:
+            while not telling.done():
+                await asyncio.wait({telling}, timeout=_POLL_S)
+                if self.holds != holds:
+                    raise _Held
+            session.mailbox.stop(False)
+            await self._monitor.request(Request.START, order.run)
+        except (_Held, Refused):
+            session.call_off(order.run)
+            raise
 
     async def _result(self, session: Session, run: int) -> RunResult | None:
         """What the recorder says of the run, once it is over; None when nobody is left to say it."""
@@ -305,8 +320,12 @@ class QueueRunner:
             raise NoSpace(Code.REFUSED, f"{logs}: {free_gb:.2f} GB free; {spare_gb:g} GB are to be spared (`spare_gb`)")
 
     def _folder(self, name: str) -> Path:
+        """A new one for a sweep's records; another daemon may have the same logs."""
         stamp = datetime.now(UTC).strftime("%Y%m%dT%H%M%SZ")
-        return free(self._settings.logs / f"{stamp}_{name}").absolute()
+        while True:
+            folder = free(self._settings.logs / f"{stamp}_{file_name(name)}").absolute()
+            if _make(folder, own=True):
+                return folder
 
     def to_json(self) -> dict[str, Any]:
         """What is being done, how far it is, and how long the rest takes."""
@@ -336,8 +355,14 @@ class QueueRunner:
         return shown
 
 
-def _make(folder: Path) -> None:
+def _make(folder: Path, own: bool = False) -> bool:
+    """Whether the folder is there; with `own`, whether it was made just now. NoSpace when it cannot be made."""
     try:
-        folder.mkdir(parents=True, exist_ok=True)
+        folder.mkdir(parents=True, exist_ok=not own)
+        return True
+    except FileExistsError:
+        if own and folder.is_dir():
+            return False
+        raise NoSpace(Code.REFUSED, f"{folder}: cannot be made: something else is there") from None
     except OSError as error:
         raise NoSpace(Code.REFUSED, f"{folder}: cannot be made: {error.strerror}") from None

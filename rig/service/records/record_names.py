@@ -1,5 +1,6 @@
 """Which name a record gets: the plain one is for the complete record, whatever was tried before. Nothing is lost."""
 
+import os
 from contextlib import suppress
 from pathlib import Path
 
@@ -33,7 +34,7 @@ def aside(file: Path, ended: Ended | None) -> Path:
 def free(path: Path) -> Path:
     """`path`, or with a number the first of its kind that is not taken by a record or its unfinished form."""
     number, candidate = 1, path
-    while candidate.exists() or candidate.with_name(candidate.name + PARTIAL_SUFFIX).exists():
+    while any(os.path.lexists(f"{candidate}{suffix}") for suffix in ("", PARTIAL_SUFFIX)):
         number += 1
         candidate = path.with_name(f"{path.stem}_again{number}{path.suffix}")
     return candidate

@@ -8,6 +8,7 @@ import logging
 import multiprocessing
 import os
 import secrets
+import select
 import signal
 import threading
 import time
@@ -182,12 +183,22 @@ class Session:
             with self._telling, suppress(OSError):
                 self._orders.send(order)
 
+    def call_off(self, run: int) -> None:
+        """The recorder was told of a run that does not begin: nothing is lost of it."""
+        self._told.pop(run, None)
+
     def end_recording(self) -> None:
-        """Let the recorder finish what is open, and end: there is no loop any more."""
-        if self._orders is not None and not self._recording_ended:
-            self._recording_ended = True
-            with self._telling, suppress(OSError):
-                self._orders.send(None)
+        """Let the recorder finish what is open, and end: there is no loop any more. Call it again and again: it waits
+        for nobody, and a recorder whose disk stands still may not have taken what he was told before."""
+        if self._orders is None or self._recording_ended or not self._telling.acquire(blocking=False):
+            return
+        try:
+            if _has_room(self._orders):
+                self._recording_ended = True
+                with suppress(OSError):
+                    self._orders.send(None)
+        finally:
+            self._telling.release()
 
     def beat(self) -> None:
         """Say that we are here; once said, say it at least each second. In virtual time there is nothing that could be
@@ -292,11 +303,23 @@ class Session:
         recorder = self.recorder
         if recorder is None or self._orders is None:
             return []
-        self.end_recording()
         left: list[RunResult] = []
-        self.given_up = await_end(recorder, self.ring, say, lambda: left.extend(self.results()))
+
+        def look() -> None:
+            self.end_recording()
+            left.extend(self.results())
+
+        look()
+        self.given_up = await_end(recorder, self.ring, say, look)
         left += self.results()
         return left + abandoned(self._told, self.ring, self.given_up or "the recorder ended")
+
+
+def _has_room(pipe: Connection) -> bool:
+    """Whether a short word goes into the pipe without waiting for its reader; also when there is none any more."""
+    look = select.poll()
+    look.register(pipe.fileno(), select.POLLOUT)
+    return bool(look.poll(0))
 
 
 def spoken(device: Mapping[str, str]) -> dict[str, str]:

@@ -1,6 +1,8 @@
 """The queue runner of the daemon, where no rig is needed: what it does when a sweep cannot be begun."""
 
 import asyncio
+import threading
+from collections.abc import Awaitable, Callable
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, TypeVar
@@ -9,11 +11,15 @@ import pytest
 
 from rig.app import compose, shipped
 from rig.errors import RigError
-from rig.realtime.commands import program_path
+from rig.realtime.commands import Request, program_path
+from rig.service.door.protocol import Code, Refused
+from rig.service.queue import queue_runner
 from rig.service.queue.job_queue import Job, JobState, Queue
 from rig.service.queue.planner import Planner, Published, Summary
 from rig.service.queue.queue_runner import NoSpace, QueueRunner
 from rig.service.records.ledger import Ledger
+from rig.service.records.orders import RunOrder
+from rig.service.records.record_names import free
 from rig.service.settings import DaemonSettings
 
 T = TypeVar("T")
@@ -84,6 +90,26 @@ def test_a_queue_that_cannot_be_saved_is_no_end_of_the_daemon(
     job, ended = asyncio.run(asyncio.wait_for(look(), 30.0))
     assert (job.state, ended) == (JobState.FAILED, False)
     assert "No space left on device; after a restart the daemon knows the queue as it was kept last" in caplog.text
+
+
+def test_two_daemons_with_the_same_logs_have_a_folder_each_for_a_sweep_of_one_second(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The records of two rigs lay in one folder, as one session."""
+    looked = []
+
+    def found(path: Path) -> Path:
+        if not looked:
+            path.mkdir(parents=True)  # by the other, right after we looked
+            looked.append(path)
+            return path
+        return free(path)
+
+    monkeypatch.setattr(queue_runner, "free", found)
+    job = worked_on(tmp_path, QUICK, spare_gb=0.0)
+    assert job.folder
+    assert Path(job.folder).is_dir()
+    assert Path(job.folder) != looked[0].absolute()
 
 
 def test_a_full_disk_is_said_before_a_sweep_is_queued(tmp_path: Path) -> None:
@@ -190,3 +216,89 @@ def test_the_end_of_the_daemon_does_not_wait_for_it_either(tmp_path: Path) -> No
             await asyncio.wait_for(task, 10.0)
 
     asyncio.run(end())
+
+
+class PreparedSession:
+    """A session whose recorder takes its orders when it is let; what the loop is asked for is kept."""
+
+    id, virtual = 0x7358, True
+
+    def __init__(self) -> None:
+        self.facts: dict[str, Any] = {"device": {}, "realtime": {}, "wall_offset_ns": 0}
+        self.mailbox = SimpleNamespace(stop=lambda _: None)
+        self.told, self.takes = threading.Event(), threading.Event()
+
+    def adopt(self, run: int) -> None:
+        pass
+
+    def expect(self, _: RunOrder) -> None:
+        self.told.set()
+        self.takes.wait(10.0)
+
+    def call_off(self, run: int) -> None:
+        self.called_off = run
+
+    def retire(self, run: int) -> None:
+        program_path(self.id, run).unlink(missing_ok=True)
+
+
+def ready(
+    folder: Path, request: Callable[..., Awaitable[None]], name: str = "quick"
+) -> tuple[QueueRunner, Job, PreparedSession]:
+    """A job whose first record is about to begin; the loop is asked by `request`."""
+    (folder / "logs").mkdir()
+    session = PreparedSession()
+    queue = Queue(folder / "queue.json")
+    monitor: Any = SimpleNamespace(fault=None, session=session, telemetry=None, request=request)
+    settings = DaemonSettings(logs=folder / "logs", state=folder, spare_gb=0.0)
+    work = QueueRunner(monitor, queue, compose.load(None), settings, Ledger(settings.ledger))
+    work.planner = SlowPlanner("nothing")
+    job = queue.add(QUICK, name, 1, 10.0, 0.0)
+    work.go_on()
+    return work, job, session
+
+
+def test_a_record_that_was_stopped_before_it_began_does_not_begin_once_the_disk_goes_on(tmp_path: Path) -> None:
+    """A stop disarmed the rig meanwhile; whoever armed it anew set the record in motion. And a reset waited for the
+    disk."""
+    asked: list[Request] = []
+
+    async def loop(request: Request, _: int = 0) -> None:
+        asked.append(request)
+
+    async def stop() -> Job:
+        work, job, session = ready(tmp_path, loop)
+        task = asyncio.create_task(work.run())
+        await asyncio.to_thread(session.told.wait, 10.0)
+        work.hold()
+        try:
+            await asyncio.wait_for(work.idle(), 5.0)
+        finally:
+            session.takes.set()
+        task.cancel()
+        return job
+
+    job = asyncio.run(stop())
+    assert (asked, job.state, job.error) == ([], JobState.STOPPED, "")
+
+
+@pytest.mark.parametrize("name", ["quick", "x" * 245])
+def test_a_record_that_the_loop_refuses_to_begin_is_left_to_do(tmp_path: Path, name: str) -> None:
+    """An emergency stop came in the tick before: the rest of the sweep was given up as failed. A sweep whose file has a
+    long name ended the daemon: no folder can be called so."""
+
+    async def loop(_: Request, __: int = 0) -> None:
+        raise Refused(Code.WRONG_STATE, "the loop refused start while fault")
+
+    async def look() -> Job:
+        work, job, session = ready(tmp_path, loop, name)
+        session.takes.set()
+        task = asyncio.create_task(work.run())
+        while work.working and not task.done():
+            await asyncio.sleep(0.01)
+        task.cancel()
+        return job
+
+    job = asyncio.run(asyncio.wait_for(look(), 10.0))
+    assert Path(job.folder).is_dir()
+    assert (job.state, job.error) == (JobState.STOPPED, "the loop refused start while fault")

@@ -46,3 +46,10 @@ def test_nothing_is_overwritten_on_the_way(tmp_path: Path) -> None:
     assert (tmp_path / "sine_stopped.mcap").read_text() == "precious"
     (tmp_path / "begun.mcap.partial").touch()
     assert free(tmp_path / "begun.mcap") == tmp_path / "begun_again2.mcap"
+
+
+def test_a_name_that_leads_nowhere_is_taken_and_one_that_no_disk_takes_is_told_by_who_writes(tmp_path: Path) -> None:
+    """The second ended the daemon, as an error in the daemon itself."""
+    (tmp_path / "sine.mcap").symlink_to(tmp_path / "gone.mcap")
+    assert free(tmp_path / "sine.mcap") == tmp_path / "sine_again2.mcap"
+    assert free(tmp_path / ("x" * 300)) == tmp_path / ("x" * 300)
