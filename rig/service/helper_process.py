@@ -50,8 +50,12 @@ class HelperProcess:
 
     def ask(self, request: tuple[Any, ...], patience_s: float) -> Any:
         """What the process answers; blocks, so call it from a thread. RigError and MemoryError as they are raised
-        there, TimeoutError when it takes longer, EOFError when it has ended (or `close` was called)."""
-        process, pipe = self._ready()
+        there, or where no process can be had, TimeoutError when it takes longer, EOFError when it has ended (or `close`
+        was called)."""
+        try:
+            process, pipe = self._ready()
+        except OSError as error:
+            raise RigError(f"{self._name}: this machine gives no process for it: {error.strerror}") from None
         try:
             in_time = self._is_up(process, pipe)
             if in_time:
@@ -157,6 +161,8 @@ def _step_back(memory_bytes: int) -> None:
     """Everybody else first, and the first to go when memory runs out."""
     with contextlib.suppress(OSError):
         os.setpriority(os.PRIO_PROCESS, 0, _NICE)
-    resource.setrlimit(resource.RLIMIT_AS, (memory_bytes, resource.RLIM_INFINITY))
+    soft, hard = resource.getrlimit(resource.RLIMIT_AS)
+    tightest = min(limit for limit in (soft, memory_bytes) if limit != resource.RLIM_INFINITY)
+    resource.setrlimit(resource.RLIMIT_AS, (tightest, hard))  # who has less gets no more, and may not ask for it
     with contextlib.suppress(OSError):
         Path("/proc/self/oom_score_adj").write_text("1000", encoding="ascii")

@@ -88,12 +88,17 @@ class Server:
         self._open(path)
 
     def _open(self, path: Path) -> None:
-        places.make_way(path)
-        fresh = Listener(_unix_socket(path), self._serve_local, self._ration, self._stopped_at_once)
+        try:
+            places.make_way(path)
+            listening = _unix_socket(path)
+            made = os.lstat(path)
+        except OSError as error:  # its folder cannot be looked at at present, or no descriptor is left
+            raise StateError(f"{path}: cannot be made: {error.strerror}") from None
+        fresh = Listener(listening, self._serve_local, self._ration, self._stopped_at_once)
         self._listeners.append(fresh)
         if self._door is not None:
             self._door.listener.retire()
-        self._door = _Door(path, os.lstat(path), fresh)
+        self._door = _Door(path, made, fresh)
         if self._group:
             _give_to(path, self._group)
 

@@ -81,14 +81,18 @@ class Ledger:
     def add(self, file: Path) -> None:
         """Remember a record that is finished; one that is not there is no record. RigError when it cannot be written
         down."""
-        with suppress(FileNotFoundError):
+        try:
             path = file.resolve(strict=True)
             seen = path.stat()
-            entry = Entry(
-                str(path), seen.st_dev, seen.st_ino, seen.st_size, time.time(), self._operating_s(), seen.st_mtime_ns
-            )
-            with self._writing:
-                self._append(_line(entry))
+        except FileNotFoundError:
+            return
+        except OSError as error:
+            raise RigError(f"{file}: cannot be looked at, and is nobody's to remove: {error.strerror}") from None
+        entry = Entry(
+            str(path), seen.st_dev, seen.st_ino, seen.st_size, time.time(), self._operating_s(), seen.st_mtime_ns
+        )
+        with self._writing:
+            self._append(_line(entry))
 
     def forget(self, paths: list[str]) -> None:
         """Leave out entries whose files are gone, and write the rest anew. RigError when that cannot be written."""
@@ -99,16 +103,18 @@ class Ledger:
 
     def _append(self, line: str) -> None:
         """The whole line or nothing of it: half a line, on a disk that was full, would make all of it unreadable."""
-        whole = self._path.stat().st_size if self._path.exists() and not self._broken else 0
         self._put_aside()
+        whole = None
         try:
             with self._path.open("a", encoding="utf-8") as file:
+                whole = self._path.stat().st_size
                 file.write(line)
                 file.flush()
                 os.fsync(file.fileno())
         except OSError as error:
-            with suppress(OSError):
-                os.truncate(self._path, whole)
+            if whole is not None:
+                with suppress(OSError):
+                    os.truncate(self._path, whole)
             raise RigError(f"{self._path}: cannot be written: {error.strerror}") from None
 
     def _put_aside(self) -> None:
@@ -119,11 +125,11 @@ class Ledger:
 
     def _read(self) -> dict[str, Entry]:
         """By path, the last entry of each; none of a file that is not there, or is broken."""
-        if not self._path.exists():
-            return {}
         try:
             lines = self._path.read_text(encoding="utf-8").splitlines()
             entries = [_entry(json.loads(line)) for line in lines]
+        except FileNotFoundError:
+            return {}
         except (OSError, ValueError, TypeError, RecursionError):
             self._broken = True
             return {}

@@ -3,6 +3,7 @@
 import asyncio
 import json
 import os
+import resource
 import socket
 from pathlib import Path
 
@@ -58,6 +59,26 @@ def test_a_socket_that_is_removed_again_and_again_leaves_nothing_behind(tmp_path
             await asyncio.sleep(0)
             assert not server.stay_reachable()
         assert descriptors() <= before
+
+    with_server(talk)
+
+
+def test_a_socket_that_cannot_be_made_at_present_is_tried_again(tmp_path: Path) -> None:
+    """Without a descriptor for it the daemon ended, and its rig with it."""
+    path = tmp_path / "s"
+
+    async def talk(server: Server) -> None:
+        await server.listen(path, "")
+        path.unlink()
+        most = resource.getrlimit(resource.RLIMIT_NOFILE)
+        resource.setrlimit(resource.RLIMIT_NOFILE, (0, most[1]))
+        try:
+            with pytest.raises(StateError, match="s: cannot be made: Too many open files"):
+                server.stay_reachable()
+        finally:
+            resource.setrlimit(resource.RLIMIT_NOFILE, most)
+        assert server.stay_reachable()
+        assert (await ask(path, {"id": 1, "command": "reset"}))[0]["ok"]
 
     with_server(talk)
 

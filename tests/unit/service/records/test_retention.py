@@ -308,6 +308,14 @@ def test_a_record_that_is_not_there_is_not_written_down(tmp_path: Path) -> None:
     assert ledger.entries == []
 
 
+def test_a_record_whose_folder_is_no_folder_any_more_is_told(tmp_path: Path) -> None:
+    """Somebody put a file in its place: it ended the daemon, as an error in the daemon itself."""
+    (tmp_path / "folder").write_text("")
+    with pytest.raises(RigError, match=r"x\.mcap: cannot be looked at, and is nobody's to remove: Not a directory"):
+        Ledger(tmp_path / "records.jsonl").add(tmp_path / "folder" / "x.mcap")
+    assert not (tmp_path / "records.jsonl").exists()
+
+
 def test_a_dry_run_says_what_would_go_and_removes_nothing(desk: Desk, tmp_path: Path) -> None:
     for name in ("a/1.mcap", "a/2.mcap"):
         desk.record(name, 400.0)

@@ -1,0 +1,40 @@
+"""A process for what may be large, slow or a trap: what becomes of it where the machine allows little."""
+
+import errno
+import resource
+from multiprocessing.connection import Connection
+
+import pytest
+
+from rig.errors import RigError
+from rig.service import helper_process
+from rig.service.helper_process import HelperProcess, serve_requests
+
+GB = 1024**3
+
+
+def serve_within(pipe: Connection, hard_bytes: int) -> None:
+    """Entry of one whose user, or whose service, has a limit of its own."""
+    resource.setrlimit(resource.RLIMIT_AS, (hard_bytes, hard_bytes))
+    serve_requests(pipe, lambda: resource.getrlimit(resource.RLIMIT_AS), 2 * GB)
+
+
+@pytest.mark.parametrize(("hard_gb", "soft_gb"), [(3, 2), (1, 1)])
+def test_a_limit_that_is_there_already_is_kept(hard_gb: int, soft_gb: int) -> None:
+    """It was lifted for root, and anybody else's process ended by that: no sweep could be started."""
+    helper = HelperProcess(serve_within, (hard_gb * GB,), "pamrig-test")
+    try:
+        assert helper.ask((), 60.0) == (soft_gb * GB, hard_gb * GB)
+    finally:
+        helper.close()
+
+
+def test_where_no_process_can_be_had_that_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
+    """It ended the daemon, as an error in the daemon itself."""
+
+    def full(_: object) -> None:
+        raise OSError(errno.EAGAIN, "Resource temporarily unavailable")
+
+    monkeypatch.setattr(helper_process, "start_process", full)
+    with pytest.raises(RigError, match="pamrig-test: this machine gives no process for it: Resource temporarily"):
+        HelperProcess(serve_within, (GB,), "pamrig-test").ask((), 1.0)
