@@ -68,4 +68,12 @@ def order_of(
     session: Session, run: int, sweep_ticks: int, path: Path, facts: Mapping[str, Any], attachments: Mapping[str, bytes]
 ) -> RunOrder:
     """What the recorder is told of one run."""
-    return RunOrder(run, path, facts, attachments, sweep_ticks, session.facts["wall_offset_ns"])
+    return RunOrder(run, path, facts, attachments, sweep_ticks, _wall_offset_ns(session))
+
+
+def _wall_offset_ns(session: Session) -> int:
+    """Wall clock minus the loop's as they are now: a session may be months old, and have begun before the network set
+    this machine's clock."""
+    if session.virtual:
+        return int(session.facts["wall_offset_ns"])
+    return time.time_ns() - time.monotonic_ns()
