@@ -98,4 +98,6 @@ def _end(mailbox: Mailbox, path: Path) -> None:
         if process is not None and (held := attach(path)) is not None:
             held.close()
             signal.pidfd_send_signal(process, signal.SIGKILL)
-            select.select([process], [], [], _GONE_S)
+            look = select.poll()
+            look.register(process, select.POLLIN)
+            look.poll(_GONE_S * 1e3)

@@ -24,6 +24,8 @@ GONE_PATIENCE_S: Final = 0.5
 """A killed process is gone within milliseconds, unless it waits inside the kernel."""
 RETRY_S: Final = 0.02
 _PERSISTENCE_S: Final = 10.0
+_FD_SETSIZE: Final = 1024
+"""select(2) knows no descriptor from there on, of which a notebook may hold many."""
 _SAME_LOSS_NS: Final = 5_000_000_000
 """What was seen by others at most so long before is the same loss."""
 _LOOKS: Final = 5
@@ -199,7 +201,13 @@ class WatchedProcess:
 
     def gone_within(self, seconds: float) -> bool:
         """Wait that long for its end."""
-        return self._descriptor is None or bool(select.select([self._descriptor], [], [], seconds)[0])
+        if self._descriptor is None:
+            return True
+        if self._descriptor < _FD_SETSIZE:  # to the microsecond
+            return bool(select.select([self._descriptor], [], [], seconds)[0])
+        look = select.poll()
+        look.register(self._descriptor, select.POLLIN)
+        return bool(look.poll(seconds * 1e3))
 
     def kill(self) -> None:
         """SIGKILL, which ends a stopped process too."""
