@@ -192,9 +192,11 @@ def status(client: Any, json_to: str | None) -> None:
 @_client_command("arm")
 def arm(client: Any) -> None:
     """Let the daemon command the rig; nothing moves yet."""
-    import getpass
+    import os
 
-    for line in client.arm(by=f"{getpass.getuser()}, by pamrig arm"):
+    from rig.service.door.places import user_name
+
+    for line in client.arm(by=f"{user_name(os.getuid())}, by pamrig arm"):
         console("-").print(line, style="yellow")
     console().print("armed: the rig follows `pamrig start`; `pamrig stop` disarms")
 
