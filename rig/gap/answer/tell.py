@@ -64,7 +64,7 @@ def tell(findings: Findings, after: Callable[[Sequence[tuple[str, Fit]]], HowFar
     )
     return Diagnosis(
         _verdict(causes),
-        _confidence(findings, kept, raw, small),
+        how_sure(findings, kept, raw, small),
         gap,
         _where(findings, causes, gaps, left, floor),
         causes,
@@ -274,13 +274,18 @@ def _verdict(causes: Sequence[Cause]) -> Verdict:
     return Verdict.PARTLY_EXPLAINED if unknown else Verdict.EXPLAINED
 
 
-def _confidence(findings: Findings, kept: Sequence[Kept], raw: Sequence[Cause], small: Sequence[str]) -> float:
-    """Probability that what is said of every factor is right; one of two for each effect that was dropped, or where
-    none was and something `small` is only noted in place of a finding."""
-    pairing = findings.expected.pairing
-    chances = [one.probability[one.best] * trust(pairing, one.best) for one in findings.posteriors]
+def how_sure(findings: Findings, kept: Sequence[Kept], raw: Sequence[Cause], small: Sequence[str]) -> float:
+    """Probability that what is said of every factor is right: where the likeliest effect was dropped that it is
+    something; and one of two for each that was, or where none was and something `small` is only noted in place of a
+    finding."""
+    pairing, dropped = findings.expected.pairing, _dropped(findings, kept)
+    nameless = [id(posterior) for posterior, _ in dropped]
+    chances = [
+        1.0 - one.probability[NONE] if id(one) in nameless else one.probability[one.best] * trust(pairing, one.best)
+        for one in findings.posteriors
+    ]
     noted = [] if kept else small
-    chances += [EITHER_CHANCE for _ in _dropped(findings, kept) or noted]
+    chances += [EITHER_CHANCE for _ in dropped or noted]
     return float(np.prod([*chances, *(cause.confidence for cause in raw)]))
 
 

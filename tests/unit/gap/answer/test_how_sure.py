@@ -1,0 +1,38 @@
+"""How sure an answer is: that what it says of every factor is right, and no more than it says."""
+
+from dataclasses import replace
+
+import pytest
+from support.plants.gap_rigs import baselines, model, session
+
+from rig.gap.answer.findings import Findings, Kept
+from rig.gap.answer.tell import how_sure
+from rig.gap.diagnosis import diagnose_with_grounds
+from rig.gap.hypotheses.library import NONE
+from rig.gap.pipeline import Grounds
+from rig.gap.settings import EITHER_CHANCE, fitted
+from rig.model.parameters import AddedEffect
+
+
+@pytest.fixture(scope="module")
+def findings() -> Findings:
+    """Later set-points, of which the pressures say that they may as well be slower regulators."""
+    late = session(157, AddedEffect("delay", {"delay_s": 0.03}))
+    _, grounds = diagnose_with_grounds(model(), late, [list(day) for day in baselines()])
+    assert isinstance(grounds, Grounds)
+    ahead, *others = grounds.posteriors
+    said = {NONE: 0.1, "delay": 0.4, "valve_lag": 0.3, "clock_drift": 0.2}
+    return Findings(
+        grounds.expected, grounds.simulator, (replace(ahead, probability=said), *others), [], None, fitted()
+    )
+
+
+def test_a_name_is_as_sure_as_the_name(findings: Findings) -> None:
+    ahead, angle = findings.posteriors
+    kept = [Kept(ahead, ahead.fits["delay"], 0.0)]
+    assert how_sure(findings, kept, [], []) == pytest.approx(0.4 * angle.probability[NONE])
+
+
+def test_that_something_without_a_name_is_there_is_surer_than_the_name_that_was_dropped(findings: Findings) -> None:
+    angle = findings.angle.probability[NONE]
+    assert how_sure(findings, [], [], []) == pytest.approx((1.0 - 0.1) * EITHER_CHANCE * angle)
