@@ -4,6 +4,7 @@ answer.
 The same for every reference: earlier days, a fingerprint, the simulator alone.
 """
 
+import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
@@ -159,7 +160,7 @@ def _judged(
         return expected, seconded(judged(angle_stand(expected, settings)))
     ahead = judged(pressure_stand(expected, settings))
     days = pressure_days(expected.contexts)
-    given = {name: _given(ahead, name, expected, days, settings) for name in ahead.likely(STILL_LIKELY)}
+    given = {name: expected_given(ahead, name, expected, days, settings) for name in ahead.likely(STILL_LIKELY)}
     found = {name: judged(angle_stand(given[name], settings)) for name in given}
     faint = _faint(ahead, given, expected, days, settings)
     if len(given) + len(faint) > 1:
@@ -187,7 +188,7 @@ def _faint(
     if likeliest is None:
         return {}
     unlikely = [name for name in ahead.likely(FAINT) if name not in given and name in ahead.fits][:MOST_FAINT]
-    made = {name: _given(ahead, name, expected, days, settings) for name in unlikely}
+    made = {name: expected_given(ahead, name, expected, days, settings) for name in unlikely}
     return {name: one for name, one in made.items() if one.misread and one.misread.differs(likeliest)}
 
 
@@ -197,10 +198,11 @@ def _still_open(effects: Sequence[Effect], found: Iterable[Posterior]) -> list[E
     return [effect for effect in effects if effect.name in possible]
 
 
-def _given(ahead: Posterior, name: str, expected: Expected, days: Column, settings: Fitted) -> Expected:
+def expected_given(ahead: Posterior, name: str, expected: Expected, days: Column, settings: Fitted) -> Expected:
     """What is expected of the angle once a hypothesis holds ahead of the monitors; `days`: the pressures of the earlier
-    days (n, K)."""
-    if name == UNKNOWN:
+    days (n, K). What something unknown does to the pressures, alone or beside an effect, is no error of the
+    monitors'."""
+    if name == UNKNOWN or ahead.log_odds_beside.get(name, -math.inf) > 0.0:
         return expected
     factor, levels = ahead.scene_of(name).factor, settings.levels[expected.levels]
     return read_right(expected, misread(factor, ahead.left(name), levels, days))
