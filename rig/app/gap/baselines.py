@@ -137,10 +137,8 @@ def agreeing(sessions: Sequence[Session], *, every: bool = False) -> EarlierDays
         sessions[k].path: f"the other days: {apart}; was the rig well on that day?"
         for k, apart in odd_days(days).items()
     }
-    if every or not found:
-        return EarlierDays(list(sessions), {path: f"{path} disagrees with {how}" for path, how in found.items()})
-    if 2 * len(found) >= len(sessions):
-        kept = "; and so do too many to say which days are the healthy ones: all are kept"
+    if every or 2 * len(found) >= len(sessions):
+        kept = "" if every else "; and so do too many to say which days are the healthy ones: all are kept"
         return EarlierDays(list(sessions), {path: f"{path} disagrees with {how}{kept}" for path, how in found.items()})
     out = "left out (--every-day keeps it)"
     said = {path: f"{path} is {out}: it disagrees with {how}" for path, how in found.items()}

@@ -6,8 +6,6 @@ Labels are open here; the check on withheld data is `pamrig gap check`.
 
 import json
 import os
-import subprocess
-import sys
 import time
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -17,6 +15,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from rig.errors import RecordError
 from rig.qualify.benchmarks import figure, share
+from rig.qualify.benchmarks.commands import pamrig
 
 if TYPE_CHECKING:
     from rig.gap.answer.result import Diagnosis
@@ -98,13 +97,12 @@ def _session(folder: Path) -> "list[Record]":
 
 
 def _simulator(day: Path) -> "Model":
-    """Identified on a day; CalledProcessError when that fails."""
+    """Identified on a day; RigError when that fails."""
     from rig.model.parameters import load_model
 
     with TemporaryDirectory(prefix="pamrig-bench-") as folder:
         model = Path(folder) / "model.yaml"
-        words = ("identify", f"{day}", *SEARCH, "-o", f"{model}")
-        subprocess.run([sys.executable, "-m", "rig.cli.main", *words], check=True, stdout=subprocess.DEVNULL)
+        pamrig("identify", day, *SEARCH, "-o", model)
         return load_model(model)
 
 

@@ -8,8 +8,6 @@ work a tick, open and closed.
 
 import json
 import math
-import subprocess
-import sys
 from array import array
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -21,10 +19,10 @@ import yaml
 
 from rig.app import compose, shipped
 from rig.config import read_yaml
-from rig.errors import RigError
 from rig.gains import ClosedLoop
 from rig.qualify import lateness
 from rig.qualify.benchmarks import figure
+from rig.qualify.benchmarks.commands import pamrig
 from rig.realtime.closed_loop import TrackingProgram
 from rig.realtime.program import Program
 from rig.rig_config import RigConfig
@@ -113,9 +111,9 @@ def _healthy(place: Path, rig: str) -> tuple[Path, Errors]:
     """Days on the healthy rig, the model from the first, gains from that, and how well it then follows."""
     place.mkdir()
     for day in range(1, HEALTHY_DAYS + 1):
-        _pamrig("run", SWEEP, "--rig", _rig(place, rig, day, {}), *_VIRTUAL, "-o", place / f"day_{day}")
-    _pamrig("identify", place / "day_1", "--early-stop", "100", "-o", place / "model.yaml")
-    _pamrig("tune", place / "model.yaml", "--reference", REFERENCE, "-o", place / "reference.yaml")
+        pamrig("run", SWEEP, "--rig", _rig(place, rig, day, {}), *_VIRTUAL, "-o", place / f"day_{day}")
+    pamrig("identify", place / "day_1", "--early-stop", "100", "-o", place / "model.yaml")
+    pamrig("tune", place / "model.yaml", "--reference", REFERENCE, "-o", place / "reference.yaml")
     followed = _track(place, _rig(place, rig, HEALTHY_DAYS + 1, {}), "healthy", ("none", "model"))
     return place, followed
 
@@ -128,16 +126,16 @@ def _changed(place: Path, case: Case) -> Errors:
         place / f"{name}_log",
         place / f"{name}_augmented.yaml",
     )
-    _pamrig("run", SWEEP, "--rig", rig, *_VIRTUAL, "-o", log)
+    pamrig("run", SWEEP, "--rig", rig, *_VIRTUAL, "-o", log)
     days = [word for day in range(1, HEALTHY_DAYS + 1) for word in ("--baseline", place / f"day_{day}")]
-    _pamrig("gap", "diagnose", "--model", place / "model.yaml", "--log", log, *days, "--augmented-model", augmented)
+    pamrig("gap", "diagnose", "--model", place / "model.yaml", "--log", log, *days, "--augmented-model", augmented)
     more = ("--augmented", augmented)
     return _track(place, rig, name, ("none", "model", "augmented"), more)
 
 
 def _track(place: Path, rig: Path, name: str, kinds: Sequence[str], more: Sequence[object] = ()) -> Errors:
     wanted = [word for kind in kinds for word in ("--feedforward", kind)]
-    told = _pamrig(
+    told = pamrig(
         "track", place / "reference.yaml", "--rig", rig, "--model", place / "model.yaml", *more, *wanted, *_VIRTUAL,
         "-o", place / f"{name}_followed", "--json", "-",
     )  # fmt: skip
@@ -154,15 +152,6 @@ def _rig(place: Path, rig: str, day: int, changed: Mapping[str, Any]) -> Path:
     path = place / f"rig_{day}{'_changed' if changed else ''}.yaml"
     path.write_text(yaml.safe_dump(raw), encoding="utf-8")
     return path
-
-
-def _pamrig(*words: object) -> str:
-    """What a command says; RigError with its last line when it fails."""
-    command = [sys.executable, "-m", "rig.cli.main", *map(str, words)]
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
-    if done.returncode:
-        raise RigError(f"bench tracking: pamrig {words[0]}: {done.stderr.strip().rpartition(chr(10))[2]}")
-    return done.stdout
 
 
 def _work() -> dict[str, Any]:

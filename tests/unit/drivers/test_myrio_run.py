@@ -7,6 +7,7 @@ import sys
 from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import replace
+from itertools import takewhile
 from pathlib import Path
 
 import pytest
@@ -17,6 +18,7 @@ from drivers.signals import Signal
 from hil.emulators.nifpga.bitfile import guarded_personality, numbered, personality, write_bitfile
 from hil.emulators.nifpga.shared import CONTROL, OPEN, READ, WRITE
 from rig.errors import ConfigError, DeviceError, DeviceLost
+from rig.interfaces import Device
 from rig.sample import Flag
 
 
@@ -230,19 +232,23 @@ def test_safe_gets_through_a_new_session_when_the_old_one_is_lost(lab: Lab) -> N
     assert lab.fpga.sessions <= 1
 
 
+def asked_to_be_safe(device: Device) -> Iterator[str]:
+    """What the device answers, asked again and again: why it is not safe yet, or nothing where it is."""
+    for _ in range(2000):
+        try:
+            device.safe()
+            yield ""
+        except DeviceError as error:
+            yield str(error)
+
+
 def test_safe_never_keeps_a_ticking_loop_waiting(lab: Lab) -> None:
     """Each call returns within the period; one of them finds that the new session has done it."""
     device = lab.device()
     device.open()
     device.write(0.4, 0.05)
     lab.fpga.lose_sessions()
-    refusals = 0
-    for _ in range(2000):
-        try:
-            device.safe()
-            break
-        except DeviceError:
-            refusals += 1
+    refusals = sum(1 for _ in takewhile(bool, asked_to_be_safe(device)))
     assert 0 < refusals < 1999
     assert lab.stand_in.board.commands_mpa() == pytest.approx((0.2, 0.2), abs=1e-4)
     device.close()
@@ -274,15 +280,8 @@ def test_what_keeps_a_new_session_from_opening_is_said(lab: Lab) -> None:
     device = lab.device()
     device.open()
     lab.fpga.fail(INVALID_SESSION)
-    said = set()
-    for _ in range(2000):
-        try:
-            device.safe()
-        except DeviceError as error:
-            said.add(str(error))
-        if any("opening failed" in text for text in said):
-            break
-    assert any("opening failed: InvalidSession" in text for text in said)
+    said = next((text for text in asked_to_be_safe(device) if "opening failed" in text), "")
+    assert "opening failed: InvalidSession" in said
     lab.fpga.heal()
     device.close()
 
@@ -302,14 +301,8 @@ def test_safe_is_not_said_when_a_new_session_ends_in_an_error_of_another_kind(
         raise OSError(errno.EMFILE, "Too many open files")
 
     monkeypatch.setattr("os.memfd_create", exhausted)
-    said = set()
-    for _ in range(2000):
-        try:
-            device.safe()
-        except DeviceError as error:
-            said.add(str(error))
-            continue
-        pytest.fail(f"safe at {lab.stand_in.board.commands_mpa()} MPa")
+    said = set(asked_to_be_safe(device))
+    assert "" not in said, f"safe at {lab.stand_in.board.commands_mpa()} MPa"
     assert any("not written: OSError(24, 'Too many open files')" in text for text in said), said
     monkeypatch.undo()
     with suppress(DeviceError):  # not yet

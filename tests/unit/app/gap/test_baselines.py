@@ -3,29 +3,15 @@ out."""
 
 from pathlib import Path
 
-import numpy as np
 import pytest
+from support.records.made_days import made_day
 
 from rig.app.gap.baselines import Session, agreeing, check_apart, sessions_of
 from rig.errors import RigError
-from rig.record import Record
 
 
 def day(name: str, lag_ticks: int = 0, seed: int = 1) -> Session:
-    """A day of two records, with a little noise of its own."""
-    rng, t_s = np.random.default_rng(seed), np.arange(2000) * 0.005
-    records = []
-    for number, hz in enumerate((0.5, 0.8)):
-        dp = 0.2 * np.sin(2 * np.pi * hz * t_s)
-        answer = np.roll(dp, lag_ticks)
-        records.append(
-            Record(
-                f"sine{number}", t_s, dp, angle_deg=150 * answer + rng.normal(0, 0.05, 2000),
-                p1_mpa=0.2 + answer / 2 + rng.normal(0, 5e-4, 2000), p2_mpa=0.2 - answer / 2 + rng.normal(0, 5e-4,
-                2000),
-            )
-        )  # fmt: skip
-    return Session(Path(name), records)
+    return Session(Path(name), made_day(lag_ticks, seed))
 
 
 def test_days_that_agree_are_all_compared_with() -> None:
