@@ -5,7 +5,8 @@ from pathlib import Path
 
 from rig.gap.answer.result import Diagnosis
 from rig.gap.answer.words.compared import SOURCES, from_model
-from rig.gap.answer.words.sentences import answers, chain_rows, percent, stage_name
+from rig.gap.answer.words.sentences import answers, chain_rows, stage_name
+from rig.gap.answer.words.sizes import percent
 from rig.gap.pipeline import Grounds
 from rig.gap.reference.kinds import Kind as Reference
 from rig.identify.provenance import tuned_to

@@ -2,7 +2,8 @@
 
 An answer contradicts itself when it names an effect whose addition closes nothing, says "explained" and that the
 simulator gets no better, reports a gap that is below the floor and by no other measure above it, puts a cause first
-that explains less than another, or states a confidence that its own notes take back.
+that explains less than another, states a confidence that its own notes take back, or is surer as a whole than of what
+it says.
 """
 
 from collections.abc import Mapping, Sequence
@@ -105,6 +106,8 @@ def _numbers(diagnosis: Mapping[str, Any], causes: Sequence[Any]) -> list[str]:
             said.append(f"{cause['effect']} may also be itself")
         if not 0.0 <= cause["confidence"] <= 1.0:
             said.append(f"{cause['effect']}: a confidence of {cause['confidence']:.3g}")
+        if diagnosis["confidence"] > SAME * cause["confidence"]:
+            said.append(f"{diagnosis['confidence']:.2f} as a whole, {cause['confidence']:.2f} for {cause['effect']}")
     if causes and diagnosis["where"].get("stage") != causes[0]["stage"]:
         said.append(f"it lies in {diagnosis['where'].get('stage')}, and the first cause in {causes[0]['stage']}")
     return said

@@ -19,7 +19,7 @@ from rig.gap.answer.result import Cause, Diagnosis, Ranked
 from rig.gap.answer.where import frequency_shares, over_time, phase_shares, region_shares
 from rig.gap.evidence.posterior import Posterior
 from rig.gap.hypotheses.fit import Fit
-from rig.gap.hypotheses.library import LIBRARY, NONE, UNKNOWN
+from rig.gap.hypotheses.library import NONE, UNKNOWN
 from rig.gap.hypotheses.scenes import PRESSURES
 from rig.gap.plan.next_experiment import what_next
 from rig.gap.raw_tests.signature import Signature
@@ -43,11 +43,15 @@ def tell(findings: Findings, after: Callable[[Sequence[tuple[str, Fit]]], HowFar
         kept, far = [], after([])  # of records that the fit has not seen they explain nothing
     added = bool(kept) and far.after_deg <= before
     left = far.after_deg if added else before
-    unknowns, small = _unknown_beside(findings, kept, before, left, floor)
+    suspected = _unknowns(findings, kept, before)
+    small = _small(findings, suspected, kept, before, left, floor)
+    rest = [] if suspected else _rest(kept, before, left, floor)
+    unknowns = [*(one for one in suspected if one not in small), *rest]
     in_samples = told_apart(findings.signatures, findings.expected, before, bool(kept or unknowns))
     raw = in_samples.causes
-    strange = Cause(UNKNOWN, "sensor", RAW_DATA, None, {}, before, before, 0.0, (), EITHER_CHANCE)
-    causes = [*_causes(findings, kept, before, far, added), *raw, *unknowns, *(strange for _ in _strange(findings))]
+    nameless = Cause(UNKNOWN, "sensor", RAW_DATA, None, {}, before, before, 0.0, (), EITHER_CHANCE)
+    strange = [nameless for _ in _strange(findings)]
+    causes = [*_causes(findings, kept, before, far, added), *raw, *unknowns, *strange]
     if findings.expected.pairing.clipped:
         causes = [replace(cause, confidence=min(cause.confidence, EITHER_CHANCE)) for cause in causes]
     low, high = _further(kept, before, floor, far, findings.settings) if added else (before, before)
@@ -64,7 +68,7 @@ def tell(findings: Findings, after: Callable[[Sequence[tuple[str, Fit]]], HowFar
     )
     return Diagnosis(
         _verdict(causes),
-        how_sure(findings, kept, raw, small),
+        how_sure(findings, kept, raw, doubted=len(small) + len(rest) + len(strange)),
         gap,
         _where(findings, causes, gaps, left, floor),
         causes,
@@ -77,34 +81,33 @@ def tell(findings: Findings, after: Callable[[Sequence[tuple[str, Fit]]], HowFar
             simulator=findings.simulator,
         ),
         evidence_of(findings, gaps, far, added),
-        _notes(findings, kept, [*known.notes, *small]),
+        _notes(findings, kept, [*known.notes, *_small_notes(small, kept, before, floor)]),
         reference=findings.expected.kind,
         retuning=findings.retuning,
         observations=in_samples.observations,
     )
 
 
-def _unknown_beside(
-    findings: Findings, kept: Sequence[Kept], before: float, left: float, floor: float
-) -> tuple[list[Cause], list[str]]:
-    """Something unknown, as causes or as notes. It is a note where nothing stands above the floor that it could be the
-    cause of: where the named causes leave no gap (rms in deg: `before` and `left`), or where there was none, and none
-    in what it was found on. It is a cause at any rate where those close less of a gap than they leave, and where
-    nothing is named and it may be an effect that was not asked about."""
-    suspected = _unknowns(findings, kept, before)
+def _small(
+    findings: Findings, suspected: Sequence[Cause], kept: Sequence[Kept], before: float, left: float, floor: float
+) -> list[Cause]:
+    """Of what is suspected to be something unknown, that which nothing stands above the floor for: where the named
+    causes leave no gap (rms in deg: `before` and `left`), or where there was none, and none in what it was found on.
+    It is told in the notes, and is no cause; none where nothing is named and it may be an effect that was not asked
+    about."""
     above = ABOVE_FLOOR * floor
-    if not suspected and above < left < before and closes_little(before, left, floor):
-        return [_rest(kept, before)], []
-    if findings.limited and not kept:
-        return suspected, []
-    small = [one for one in suspected if left <= above and (above < before or not _stands_out(findings, one.judged_on))]
-    why = "with what is named nothing is left" if above < before else "nothing stands"
-    notes = (
+    if left > above or (findings.limited and not kept):
+        return []
+    return [one for one in suspected if above < before or not _stands_out(findings, one.judged_on)]
+
+
+def _small_notes(small: Sequence[Cause], kept: Sequence[Kept], before: float, floor: float) -> list[str]:
+    why = "with what is named nothing is left" if ABOVE_FLOOR * floor < before else "nothing stands"
+    return [
         f"something small that is not in the library may act{' as well' if kept else ''}, at the {one.stage} "
         f"({100.0 * one.confidence:.0f} %): {why} above the floor"
         for one in small
-    )
-    return [one for one in suspected if one not in small], list(notes)
+    ]
 
 
 def _stands_out(findings: Findings, name: str) -> bool:
@@ -209,7 +212,7 @@ def trust(pairing: Pairing, name: str) -> float:
     """What is left of an effect's probability where something that is no hypothesis may have done the same: a sensor
     that cuts off its values, another commanded P0."""
     elsewhere = pairing.elsewhere and name == "co_contraction"
-    return EITHER_CHANCE if name in LIBRARY and (pairing.clipped or elsewhere) else 1.0
+    return EITHER_CHANCE if name != NONE and (pairing.clipped or elsewhere) else 1.0
 
 
 def _unknowns(findings: Findings, kept: Sequence[Kept], before: float) -> list[Cause]:
@@ -259,11 +262,14 @@ def closes_little(before: float, after: float, floor: float) -> bool:
     return before - after < LEAST_EXPLAINED * (before - floor)
 
 
-def _rest(kept: Sequence[Kept], before: float) -> Cause:
-    """Something unknown that makes up the larger part of a gap, beside the effects that close the smaller."""
+def _rest(kept: Sequence[Kept], before: float, left: float, floor: float) -> list[Cause]:
+    """Something unknown that makes up the larger part of a gap, where the effects close less of it than they leave
+    (rms in deg)."""
+    if not (ABOVE_FLOOR * floor < left < before and closes_little(before, left, floor)):
+        return []
     first = max(kept, key=lambda one: before - one.alone_deg)
     stage, factor = EFFECT_STAGES[first.fit.applied.stage].lies_in, first.posterior.stand.name
-    return Cause(UNKNOWN, stage, factor, None, {}, before, before, 0.0, (first.fit.effect.name,), EITHER_CHANCE)
+    return [Cause(UNKNOWN, stage, factor, None, {}, before, before, 0.0, (first.fit.effect.name,), EITHER_CHANCE)]
 
 
 def _verdict(causes: Sequence[Cause]) -> Verdict:
@@ -274,18 +280,20 @@ def _verdict(causes: Sequence[Cause]) -> Verdict:
     return Verdict.PARTLY_EXPLAINED if unknown else Verdict.EXPLAINED
 
 
-def how_sure(findings: Findings, kept: Sequence[Kept], raw: Sequence[Cause], small: Sequence[str]) -> float:
-    """Probability that what is said of every factor is right: where the likeliest effect was dropped that it is
-    something; and one of two for each that was, or where none was and something `small` is only noted in place of a
-    finding."""
+def how_sure(findings: Findings, kept: Sequence[Kept], raw: Sequence[Cause], *, doubted: int) -> float:
+    """Probability that what is said of every factor is right, of something unknown beside an effect as well. Where the
+    likeliest effect was dropped it is that there is something at all. One of two for each that was, and for each of the
+    `doubted`: what is said of something unknown because of the degrees that are left, or of the raw samples, and has no
+    probability."""
     pairing, dropped = findings.expected.pairing, _dropped(findings, kept)
     nameless = [id(posterior) for posterior, _ in dropped]
     chances = [
-        1.0 - one.probability[NONE] if id(one) in nameless else one.probability[one.best] * trust(pairing, one.best)
+        1.0 - one.probability[NONE]
+        if id(one) in nameless
+        else one.probability[one.best] * one.sure_beside * trust(pairing, one.best)
         for one in findings.posteriors
     ]
-    noted = [] if kept else small
-    chances += [EITHER_CHANCE for _ in dropped or noted]
+    chances += [EITHER_CHANCE] * (len(dropped) + doubted)
     return float(np.prod([*chances, *(cause.confidence for cause in raw)]))
 
 

@@ -68,6 +68,11 @@ class Posterior:
         odds = self.log_odds_beside.get(self.best, -math.inf)
         return 0.5 * (1.0 + math.tanh(0.5 * odds))
 
+    @property
+    def sure_beside(self) -> float:
+        """Probability that it is right to say, or not to say, that something unknown stands beside that effect."""
+        return max(self.beside, 1.0 - self.beside)
+
     def with_unknown(self, name: str) -> float:
         """Log evidence of an effect, by itself or with something unknown beside it."""
         return _with_unknown(self.fits[name], self.log_odds_beside[name])

@@ -34,7 +34,7 @@ def test_the_tutorial_tells_what_comes_out(recorded: Path) -> None:
     for said in (
         f"{100 * found.where.shares['valve']:.0f} % of the angle gap",
         f"a delay of {1e3 * size['delay']:.0f} ms and a backlash of +-{size['backlash']:.2f} degrees",
-        f"it is {100 * found.confidence:.0f} % sure of both names",
+        f"it is {100 * found.confidence:.0f} % sure of all that",
         f"from {found.gap.rms_deg:.1f} to {found.gap.after_deg:.2f} degrees, less than the floor of "
         f"{found.gap.floor_deg:.2f}",
         f"{chance['valve_lag', 'pressures']} against {chance['delay', 'pressures']}",

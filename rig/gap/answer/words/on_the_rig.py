@@ -220,3 +220,8 @@ ON_THE_RIG: Mapping[str, OnTheRig] = {
         "a loose connector; a sensor that loses its signal", "connectors and cables while they are moved by hand"),
 }  # fmt: skip
 """Effect -> its words."""
+
+
+def noun_of(effect: str) -> str:
+    """What an effect is called, with its name; of one of another package its name."""
+    return f"{ON_THE_RIG[effect].noun} ({effect})" if effect in ON_THE_RIG else effect

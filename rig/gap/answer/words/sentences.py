@@ -12,9 +12,9 @@ from rig.gap.answer.facts import RAW, SWALLOWED, Link, ParameterMove, Verdict
 from rig.gap.answer.result import Cause, Diagnosis, Interval, Observation
 from rig.gap.answer.words.compared import FAR, FEW, SOURCES, error, from_model, no_effect, nothing, reference, than
 from rig.gap.answer.words.on_any_rig import on_the_rig
-from rig.gap.answer.words.on_the_rig import ON_THE_RIG, OnTheRig
-from rig.gap.answer.words.sizes import degrees, size
-from rig.gap.hypotheses.library import NONE, UNKNOWN
+from rig.gap.answer.words.on_the_rig import ON_THE_RIG, OnTheRig, noun_of
+from rig.gap.answer.words.sizes import degrees, percent, size
+from rig.gap.answer.words.sureness import how_sure
 from rig.gap.hypotheses.scenes import ANGLE, PRESSURES
 from rig.gap.offered import VALVES
 from rig.gap.plan.experiment import Experiment
@@ -22,10 +22,6 @@ from rig.gap.raw_tests.signature import MONITOR
 from rig.gap.reference.kinds import Kind
 from rig.gap.settings import EVEN_CHANCE
 
-SURE = 0.9
-"""From here on nobody asks what the rest is given to."""
-WORTH = 0.25
-"""Share of that rest from which on a rival is named."""
 AS_MUCH = 0.05
 """Shares of the error that differ by less than this are told as the same."""
 LIES_IN = {
@@ -52,7 +48,7 @@ def answers(diagnosis: Diagnosis) -> dict[str, str]:
     told["Compared with:"] = reference(diagnosis)
     if diagnosis.causes:
         told["Where:"] = _where(diagnosis)
-    told["How sure:"] = _how_sure(diagnosis)
+    told["How sure:"] = how_sure(diagnosis)
     misfit = diagnosis.evidence.model_misfit_deg
     if misfit is not None and misfit > FAR * diagnosis.gap.floor_deg:
         told["Model:"] = (
@@ -140,12 +136,8 @@ def _seen_in(cause: Cause) -> str:
 def _alike(cause: Cause) -> str:
     if not cause.ambiguous_with:
         return ""
-    names = " or ".join(_noun(name) for name in cause.ambiguous_with)
+    names = " or ".join(noun_of(name) for name in cause.ambiguous_with)
     return f"It may as well be {names}: these records do not tell them apart."
-
-
-def _noun(name: str) -> str:
-    return f"{ON_THE_RIG[name].noun} ({name})" if name in ON_THE_RIG else name
 
 
 def _how_far(diagnosis: Diagnosis) -> str:
@@ -188,10 +180,10 @@ def _unknown(diagnosis: Diagnosis) -> str:
     near = next((cause.ambiguous_with for cause in diagnosis.causes if cause.ambiguous_with), ())
     likely = [one.effect for one in diagnosis.ranking if one.effect in near and one.probability > EVEN_CHANCE]
     if likely:
-        named = f"{_noun(likely[0])} may do it, but with it the simulator follows these records no better"
+        named = f"{noun_of(likely[0])} may do it, but with it the simulator follows these records no better"
         return f"{what}{_seen(diagnosis)}: {named}."
     nearest = (
-        f" The nearest, and not near enough, {'is' if len(near) == 1 else 'are'} {' and '.join(map(_noun, near))}."
+        f" The nearest, and not near enough, {'is' if len(near) == 1 else 'are'} {' and '.join(map(noun_of, near))}."
         if near
         else ""
     )
@@ -240,7 +232,7 @@ def _retuning(diagnosis: Diagnosis) -> str:
 def _first_of(effects: Sequence[str]) -> str:
     """The first effects of a list by name, and how many more there are."""
     more = f" and {len(effects) - FEW} more" if len(effects) > FEW else ""
-    return f"{', '.join(map(_noun, effects[:FEW]))}{more}"
+    return f"{', '.join(map(noun_of, effects[:FEW]))}{more}"
 
 
 def _in_pressures(diagnosis: Diagnosis) -> bool:
@@ -252,13 +244,6 @@ def _swallowed(diagnosis: Diagnosis) -> bool:
     """A gap above the usual one that goes when the simulator's own parameters are fitted again."""
     gap, tuning = diagnosis.gap, diagnosis.retuning
     return tuning is not None and tuning.closes_fraction >= SWALLOWED and gap.rms_deg > gap.floor_deg
-
-
-def percent(fraction: float) -> str:
-    """A share or a probability; no end of the scale is told as one."""
-    if fraction > 0.99:
-        return "more than 99 %"
-    return "less than 1 %" if 0.0 < fraction < 0.01 else f"{100.0 * fraction:.0f} %"
 
 
 def _moved(one: ParameterMove) -> str:
@@ -280,7 +265,7 @@ def _beyond(diagnosis: Diagnosis) -> str:
     # shares of the error that each was measured on: a fingerprint's and its parameters' are not the same
     more = 1.0 - (gap.after_deg / max(gap.rms_deg, 1e-12)) ** 2 - tuning.closes_fraction
     alone = len(_named(diagnosis)) == 1
-    what, closes = (_noun(_named(diagnosis)[0].effect), "closes") if alone else ("what is named", "closes together")
+    what, closes = (noun_of(_named(diagnosis)[0].effect), "closes") if alone else ("what is named", "closes together")
     if abs(more) < AS_MUCH:
         if tuning.closes_fraction < AS_MUCH:
             return ""
@@ -331,7 +316,7 @@ def _pressures(diagnosis: Diagnosis) -> str:
 def _next(diagnosis: Diagnosis, experiment: Experiment) -> str:
     """What to record, and what it tells apart; that these are open where the answer has not said so."""
     heard = {name for cause in diagnosis.causes for name in (cause.effect, *cause.ambiguous_with)}
-    names = " and ".join(map(_noun, experiment.separates))
+    names = " and ".join(map(noun_of, experiment.separates))
     known = heard.issuperset(experiment.separates)
     start = f"to tell {names} apart" if known else f"{names} leave these records alike; to tell them apart"
     what = experiment.why(diagnosis.channels)
@@ -346,7 +331,7 @@ def why_no_next(diagnosis: Diagnosis) -> str:
     alike = next((names for names in known if len(names) > 1), [])
     if not alike:
         return "these records leave no effects that a sweep would tell apart"
-    said = f"no sweep as large as these records is known that would tell {' and '.join(map(_noun, alike))} apart"
+    said = f"no sweep as large as these records is known that would tell {' and '.join(map(noun_of, alike))} apart"
     days = (
         ""
         if diagnosis.reference is Kind.SESSIONS
@@ -375,26 +360,3 @@ def _share(line: Link) -> str:
     if line.effects:
         return percent(line.share) if line.share > 0.0 else "none of it"
     return f"{100.0 * line.share:.0f} %" if line.share >= 0.005 else "-"
-
-
-def _how_sure(diagnosis: Diagnosis) -> str:
-    """The confidence as what it is: how probable it is that all of this is right."""
-    verdict = diagnosis.verdict.replace("_", " ")
-    said = f"{percent(diagnosis.confidence)} that this is right as a whole (verdict: {verdict})"
-    return f"{said}{_otherwise(diagnosis)}."
-
-
-def _otherwise(diagnosis: Diagnosis) -> str:
-    """What most of the rest is given to where the answer is not sure: another hypothesis, or what a note says."""
-    if diagnosis.confidence > SURE:
-        return ""
-    rivals = {
-        name: chance
-        for one in diagnosis.evidence.factors.values()
-        for name, chance in sorted(one.probability.items(), key=lambda item: -item[1])[1:]
-    }
-    name = max(rivals, key=lambda one: rivals[one], default="")
-    if name and rivals[name] >= WORTH * (1.0 - diagnosis.confidence):
-        what = {NONE: "nothing at all", UNKNOWN: "something unknown"}.get(name, _noun(name))
-        return f"; {percent(rivals[name])} are for {what}"
-    return "; the notes say what it may be otherwise" if diagnosis.notes else ""

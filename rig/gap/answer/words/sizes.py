@@ -55,3 +55,10 @@ def share(number: Interval) -> str:
 def degrees(value: float, width: float = 0.0) -> str:
     """An rms or a difference of angles, without its unit."""
     return rounded(value, width)
+
+
+def percent(fraction: float) -> str:
+    """A share or a probability; no end of the scale is told as one."""
+    if fraction > 0.99:
+        return "more than 99 %"
+    return "less than 1 %" if 0.0 < fraction < 0.01 else f"{100.0 * fraction:.0f} %"

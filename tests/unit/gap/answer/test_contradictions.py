@@ -57,6 +57,7 @@ def of_gap(**changed: float) -> Diagnosis:
             "before a named effect",
         ),
         (replace(SOUND, where=Where("joint")), "it lies in joint, and the first cause in valve"),
+        (replace(SOUND, causes=(replace(LAG, confidence=0.7),)), "0.90 as a whole, 0.70 for valve_lag"),
         (replace(SOUND, causes=(replace(LAG, confidence=1.2),)), "a confidence of 1.2"),
         (
             replace(SOUND, causes=(replace(LAG, gap_after_deg=0.7, explained_fraction=0.1), PLAY)),

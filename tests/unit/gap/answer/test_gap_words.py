@@ -264,18 +264,26 @@ def test_retuning_and_what_the_effect_closes_beyond_it(after: float, words: str)
 
 
 @pytest.mark.parametrize(
-    ("confidence", "chances", "notes", "said"),
+    ("confidence", "chances", "beside", "notes", "said"),
     [
-        (0.5, {"none": 1.0}, ("something small may act",), "(verdict: none); the notes say what it may be otherwise."),
-        (0.6, {"none": 0.6, "unknown": 0.39}, (), "(verdict: none); 39 % are for something unknown."),
-        (0.6, {"none": 0.6, "delay": 0.39}, (), "(verdict: none); 39 % are for a dead time (delay)."),
-        (0.95, {"none": 0.95, "delay": 0.05}, (), "(verdict: none)."),
+        (
+            0.5,
+            {"none": 1.0},
+            0.0,
+            ("something small may act",),
+            "(verdict: none); the notes say what it may be otherwise.",
+        ),
+        (0.6, {"none": 0.6, "unknown": 0.39}, 0.0, (), "(verdict: none); 39 % are for something unknown."),
+        (0.6, {"none": 0.6, "delay": 0.39}, 0.0, (), "(verdict: none); 39 % are for a dead time (delay)."),
+        (0.6, {"none": 0.9, "delay": 0.1}, 0.3, (), "(verdict: none); 30 % are for something unknown beside it."),
+        (0.6, {"none": 0.9, "delay": 0.1}, 0.7, (), "(verdict: none); 10 % are for a dead time (delay)."),
+        (0.95, {"none": 0.95, "delay": 0.05}, 0.0, (), "(verdict: none)."),
     ],
 )
 def test_an_answer_that_is_not_sure_says_where_the_rest_goes(
-    confidence: float, chances: dict[str, float], notes: tuple[str, ...], said: str
+    confidence: float, chances: dict[str, float], beside: float, notes: tuple[str, ...], said: str
 ) -> None:
-    seen = Evidence({"angle": Judged(0.1, 0.1, "deg", False, chances, [], 0.0, {})})
+    seen = Evidence({"angle": Judged(0.1, 0.1, "deg", False, chances, [], beside, {})})
     made = replace(told(verdict="none", rms_deg=0.09), confidence=confidence, evidence=seen, notes=notes)
     assert answers(made)["How sure:"].endswith(said)
 

@@ -1,0 +1,39 @@
+"""How sure an answer is as a whole, and what the rest is given to, in a sentence."""
+
+from rig.gap.answer.result import Diagnosis
+from rig.gap.answer.words.on_the_rig import noun_of
+from rig.gap.answer.words.sizes import percent
+from rig.gap.hypotheses.library import NONE, UNKNOWN
+from rig.gap.settings import EVEN_CHANCE
+
+SURE = 0.9
+"""From here on nobody asks what the rest is given to."""
+WORTH = 0.25
+"""Share of that rest from which on a rival is named."""
+
+
+def how_sure(diagnosis: Diagnosis) -> str:
+    """The confidence as what it is: how probable it is that all of this is right."""
+    verdict = diagnosis.verdict.replace("_", " ")
+    said = f"{percent(diagnosis.confidence)} that this is right as a whole (verdict: {verdict})"
+    return f"{said}{_otherwise(diagnosis)}."
+
+
+def _otherwise(diagnosis: Diagnosis) -> str:
+    """What most of the rest is given to where the answer is not sure: another hypothesis, or what a note says."""
+    if diagnosis.confidence > SURE:
+        return ""
+    rivals = [
+        ({NONE: "nothing at all", UNKNOWN: "something unknown"}.get(name, noun_of(name)), chance)
+        for one in diagnosis.evidence.factors.values()
+        for name, chance in sorted(one.probability.items(), key=lambda item: -item[1])[1:]
+    ]
+    rivals += [
+        ("something unknown beside it", one.unknown_beside)
+        for one in diagnosis.evidence.factors.values()
+        if one.unknown_beside < EVEN_CHANCE
+    ]
+    what, chance = max(rivals, key=lambda rival: rival[1], default=("", 0.0))
+    if chance >= WORTH * (1.0 - diagnosis.confidence):
+        return f"; {percent(chance)} are for {what}"
+    return "; the notes say what it may be otherwise" if diagnosis.notes else ""
