@@ -97,10 +97,9 @@ def pressure_scene(expected: Expected, settings: Fitted, whole: Expected | None 
     levels = known.pressures.later(expected.unsure_lag_s)
     parts, days = parts_of_pressures(expected)
     factor = own_factor(parts, days, levels, settings.prior).of_any_build(known.builds)
-    factor = factor.doubting(motion_doubt(expected.contexts, expected.response))
-    factor = factor.at_least(expected.missed_mpa).noisier(expected.anew_mpa**2)
     times = _where_fast(factor.lines, expected)
-    factor = factor.less_sure(times)
+    factor = factor.at_least(expected.missed_mpa).less_sure(times, parts.noise).noisier(expected.anew_mpa**2)
+    factor = factor.doubting(motion_doubt(expected.contexts, expected.base, expected.response))
     if expected.kind is Kind.FINGERPRINT:
         factor = factor.standing_off(expected.missed_mpa)
     moving = float(np.std(np.concatenate([context.reference.p1_mpa for context in expected.contexts])))
@@ -130,8 +129,8 @@ def angle_scene(expected: Expected, settings: Fitted, whole: Expected | None = N
         factor = factor.doubting(mean_doubt(contexts, base, response))
     if expected.driven and expected.kind is not Kind.SIMULATOR:  # a simulator is asked itself under these pressures
         factor = _answering_other_pressures(factor, expected, settings.prior)
-    factor = factor.at_least(expected.missed_deg).noisier(expected.anew_deg**2)
-    factor = factor.less_sure(_where_fast(factor.lines, expected)).noisier(expected.signatures_deg2)
+    factor = factor.at_least(expected.missed_deg).less_sure(_where_fast(factor.lines, expected), parts.noise)
+    factor = factor.noisier(expected.anew_deg**2 + expected.signatures_deg2)
     if expected.kind is Kind.FINGERPRINT:
         factor = factor.standing_off(expected.missed_deg)
     moving = float(np.std(np.concatenate(base)))

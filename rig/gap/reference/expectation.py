@@ -89,12 +89,12 @@ class Factor:
         """The same with further patterns (n, m) that may be there without being a gap, at one standard deviation."""
         return replace(self, healthy=self.healthy.with_patterns(self.lines.of(patterns)))
 
-    def less_sure(self, times: Column) -> "Factor":
-        """The same where each line (l,), and what may differ in it, is known so many times less surely."""
+    def less_sure(self, times: Column, noise: Column) -> "Factor":
+        """The same where each line (l,), and what may differ in it, is known so many times less surely; its `noise`
+        (l,), a variance, is what it was."""
         known = self.healthy
-        return replace(
-            self, healthy=replace(known, variance=known.variance * times**2, patterns=known.patterns * times[:, None])
-        )
+        variance = known.variance + np.maximum(known.variance - noise, 0.0) * (times**2 - 1.0)
+        return replace(self, healthy=replace(known, variance=variance, patterns=known.patterns * times[:, None]))
 
     def noisier(self, mean_square: float) -> "Factor":
         """The same with so much more power, on all lines alike."""
@@ -290,18 +290,18 @@ def mean_doubt(contexts: Sequence[RecordContext], base: Sequence[Column], respon
     return np.concatenate(parts)
 
 
-def motion_doubt(contexts: Sequence[RecordContext], response: ResponseModel) -> Column:
-    """(2 n, 2) what a joint that moves otherwise than expected does to both monitors, valve 1 of every record and then
-    valve 2: one muscle's air is pressed and the other's drawn, and a regulator makes up for it, at once or as late as
-    it follows its set-point (of the air that a reference rig pushes back, the latter alone leaves 40 %, both 20)."""
+def motion_doubt(contexts: Sequence[RecordContext], base: Sequence[Column], response: ResponseModel) -> Column:
+    """(2 n, 2) what a joint that moves otherwise than under these pressures (`base`, deg, of each record) does to both
+    monitors, valve 1 of every record and then valve 2: one muscle's air is pressed and the other's drawn, and a
+    regulator makes up for it, at once or as late as it follows its set-point (of the air that a reference rig pushes
+    back, the latter alone leaves 40 %, both 20)."""
     span = max(float(np.ptp(np.concatenate([context.reference.angle_deg for context in contexts]))), 1e-3)
     parts = []
     for valve, sign in enumerate((1.0, -1.0)):
         takes_s = max(response.regulators[valve][1:])
-        for context in contexts:
-            reference = context.reference
-            expected = reference.p1_mpa if valve == 0 else reference.p2_mpa
-            otherwise = np.gradient(context.pair.case.angle_deg - reference.angle_deg, context.pair.dt_s) / span
+        for context, angle in zip(contexts, base, strict=True):
+            expected = context.reference.p1_mpa if valve == 0 else context.reference.p2_mpa
+            otherwise = np.gradient(context.pair.case.angle_deg - angle, context.pair.dt_s) / span
             late = regulated(otherwise, 0.0, takes_s, takes_s, context.pair.dt_s)
             pushed = sign * VOLUME_DOUBT * takes_s * (expected + ATMOSPHERE_MPA)
             parts.append(np.column_stack([pushed * otherwise, pushed * late]))

@@ -8,8 +8,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from rig.gap.likelihood.gaussian import Gaussian
 from rig.gap.likelihood.lines import lines_of
 from rig.gap.records.pairs import Pair
+from rig.gap.reference.expectation import Factor
 from rig.gap.reference.fast import doubt, fastest_hz, known_hz
 from rig.gap.settings import USUAL_HZ
 from rig.record import Column, Record
@@ -51,3 +53,12 @@ def test_only_records_faster_than_what_is_known_are_doubted() -> None:
     slow = np.isin(lines.record, (0, 2))
     np.testing.assert_array_equal(times[slow], 1.0)
     np.testing.assert_allclose(times[~slow], 4.0, rtol=0.05)
+
+
+def test_what_is_known_less_surely_is_no_louder() -> None:
+    noise, times = np.array([1.0, 1.0, 3.0]), np.array([1.0, 4.0, 4.0])
+    lines = lines_of([5], [DT_S], [np.ones(5)], 50.0)
+    known = Gaussian(np.array([2.0, 2.0, 2.0]), np.ones((3, 1)), 3.0, 5.0)
+    factor = Factor(lines, np.zeros(5), known, 1.0).less_sure(times, noise)
+    np.testing.assert_allclose(factor.healthy.variance, [2.0, 1.0 + 16.0, 2.0])
+    np.testing.assert_allclose(factor.healthy.patterns[:, 0], times)

@@ -24,17 +24,17 @@ def beside_a_day() -> Expected:
 
 
 def doubt(expected: Expected, deg: float) -> tuple[Column, Column]:
-    """Of both valves, where the joint swings by so many degrees at 1 Hz beside what is expected."""
+    """Of both valves, where the joint swings by so many degrees at 1 Hz beside what its pressures do to it."""
     moved = []
-    for context in expected.contexts:
+    for context, base in zip(expected.contexts, expected.base, strict=True):
         pair = context.pair
-        angle = context.reference.angle_deg + deg * np.sin(2 * np.pi * pair.dt_s * np.arange(len(pair)))
+        angle = base + deg * np.sin(2 * np.pi * pair.dt_s * np.arange(len(pair)))
         moved.append(replace(context, pair=replace(pair, case=replace(pair.case, angle_deg=angle))))
-    first, second = np.split(motion_doubt(moved, expected.response)[:, 0], 2)
+    first, second = np.split(motion_doubt(moved, expected.base, expected.response)[:, 0], 2)
     return first, second
 
 
-def test_as_expected_nothing_is_pushed_back(beside_a_day: Expected) -> None:
+def test_a_joint_that_its_pressures_move_so_pushes_nothing_back(beside_a_day: Expected) -> None:
     assert not np.any(doubt(beside_a_day, 0.0))
 
 

@@ -46,6 +46,13 @@ def test_what_repeats_is_no_noise_whatever_its_shape_and_though_periods_are_no_w
     assert np.sum(variance) < 2e-3 * np.sum(answer**2)
 
 
+@given(st.floats(1.6, 4.5))
+def test_a_fast_sine_repeats_though_whole_rows_are_few_and_any_other_number_of_periods_is_near(hertz: float) -> None:
+    answer = np.sin(2.0 * np.pi * hertz * T_S - 0.4)
+    _, variance = heard([sine(hertz)], answer[:, None])
+    assert np.sum(variance) < 2e-4 * np.sum(answer**2)
+
+
 def test_regulators_that_hunt_are_heard_where_they_do() -> None:
     random = np.random.default_rng(1)
     phase = 2.0 * np.pi * 4.5 * T_S + np.cumsum(0.1 * random.standard_normal(ROWS))
