@@ -158,6 +158,7 @@ class _OpenRun:
         self._lateness_ns = array("q")
         self._period_ns = int(order.facts.get("period_ns", 0))
         self._sweep_ticks = 0
+        """Of the sweep, recorded or missed in the middle of it."""
         self._ticks_on_disk = 0
         self._last: Sample | None = None
         self._flushed_ns = time.monotonic_ns()
@@ -178,7 +179,9 @@ class _OpenRun:
         result.missed += sample.missed
         result.angle_zero_deg = sample.angle_zero_deg
         self._lateness_ns.append(sample.woken_ns - sample.scheduled_ns + sample.missed * self._period_ns)
-        self._sweep_ticks += sample.phase == Phase.SWEEP
+        in_sweep = sample.phase == Phase.SWEEP
+        missed_there = sample.missed if in_sweep or (self._last and self._last.phase == Phase.SWEEP) else 0
+        self._sweep_ticks += in_sweep + missed_there
         if self._writer is not None:
             time_ns = sample.scheduled_ns + self.order.wall_offset_ns
             for level, line in _news(self._last, sample, self._ring):
@@ -235,9 +238,7 @@ class _OpenRun:
         result = self._result
         result.dropped += lost - self._lost_before
         result.lateness_us = _lateness(self._lateness_ns)
-        result.complete = (
-            self._sweep_ticks + result.missed >= self.order.sweep_ticks
-        )  # not when the operator stopped it early
+        result.complete = self._sweep_ticks >= self.order.sweep_ticks  # not when the operator stopped it early
         result.valid = result.complete and not (result.missed or result.dropped or result.fault or self._writer is None)
         result.cpu_s = time.process_time() - self._cpu_s
         if self._writer is not None:

@@ -115,6 +115,28 @@ def test_missed_ticks_make_it_invalid_and_count_as_lateness(ring: Ring, tmp_path
     assert "3 ticks missed before tick 4" in file.lines
 
 
+def test_ticks_that_were_missed_before_the_sweep_are_none_of_it(ring: Ring, tmp_path: Path) -> None:
+    """A sweep of ten ticks that somebody stopped after three, on a machine that stood still while the rig settled."""
+    samples = [sample(0, 1, Phase.SETTLE), sample(9, 1, Phase.SETTLE, missed=8), sample(10, 1, Phase.RAMP_IN)]
+    samples += [sample(t, 1) for t in range(11, 14)] + [sample(14, 1, Phase.RAMP_OUT), sample(15, 1, Phase.NONE)]
+    (result,) = recorded(ring, samples, order(tmp_path, sweep_ticks=10))
+    assert (result.missed, result.complete, result.ended) == (8, False, Ended.STOPPED)
+    assert contents(result.file).result["ended"] == "stopped"
+
+
+@pytest.mark.parametrize("where", [(2, Phase.RAMP_IN), (6, Phase.SWEEP), (10, Phase.SWEEP)])
+def test_ticks_that_were_missed_at_either_end_of_the_sweep_are_of_it(
+    ring: Ring, tmp_path: Path, where: tuple[int, Phase]
+) -> None:
+    """Skipped: the tick behind the one that is named; phases 2 ramp in, 3 to 10 sweep, 11 ramp out."""
+    before, phase = where
+    phases = [Phase.SETTLE] * 2 + [Phase.RAMP_IN] + [Phase.SWEEP] * 8 + [Phase.RAMP_OUT] * 3 + [Phase.NONE]
+    assert phases[before] is phase
+    samples = [sample(t, 1, each, missed=int(t == before + 2)) for t, each in enumerate(phases) if t != before + 1]
+    (result,) = recorded(ring, samples, order(tmp_path, sweep_ticks=8))
+    assert (result.missed, result.complete, result.valid) == (1, True, False)
+
+
 def test_overwritten_samples_are_counted_as_dropped(ring: Ring, tmp_path: Path) -> None:
     before = [sample(t, 0) for t in range(10)]
     mine = [sample(t, 1) for t in range(10, 5000)]
