@@ -4,6 +4,15 @@ Every message is one line that says what is wrong, where, and what is allowed: t
 Errors of vendors' packages are wrapped at the edge, in the driver that called them.
 """
 
+from typing import TypeVar
+
+E = TypeVar("E", bound=Exception)
+
+
+def beside(error: E, also: str) -> E:
+    """The same error with something else that went wrong at the end of its line."""
+    return type(error)(f"{str(error) or 'interrupted'}; {also}")
+
 
 class RigError(Exception):
     """Anything that a user can put right; ends a command with exit status 2."""

@@ -10,7 +10,7 @@ from typing import Any, TypeVar
 
 import click
 
-from rig.cli.outputs import Output
+from rig.cli.outputs import Output, told_at_the_end
 from rig.outputs import Kind, write_text
 
 F = TypeVar("F", bound=Callable[..., Any])
@@ -49,14 +49,16 @@ def as_called() -> str:
 
 
 def emit(result: dict[str, Any], json_to: str | None) -> None:
-    """Write `result` where `--json` asked for; nothing without it. Not-a-number becomes null."""
+    """Write `result` where `--json` asked for; nothing without it. Not-a-number becomes null. A place that takes
+    nothing is told at the end of the command."""
     if json_to is None:
         return
     text = json.dumps(plain(result), indent=1, allow_nan=False)
     if json_to == "-":
         click.echo(text)
         return
-    write_text(Path(json_to), text + "\n", Kind.JSON)
+    with told_at_the_end():
+        write_text(Path(json_to), text + "\n", Kind.JSON)
 
 
 def plain(value: Any) -> Any:

@@ -1,5 +1,7 @@
-"""The one rule for outputs at the command line: where an option may point is said before the work begins."""
+"""The one rule for outputs at the command line: where an option may point is said before the work begins, and what
+could not be written there is told when it is over, beside what was found."""
 
+import contextlib
 import os
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -8,7 +10,11 @@ from typing import Any
 import click
 from click.decorators import FC
 
+from rig.errors import Interrupted, RigError, beside
 from rig.outputs import Kind, check_apart, check_place
+
+_UNWRITTEN = "pamrig.unwritten"
+"""In what click passes on between contexts: why results were not written."""
 
 
 class Output(click.ParamType):  # type: ignore[type-arg]  # generic in the stubs only
@@ -37,7 +43,28 @@ class Command(click.Command):
         """As click does, after that check."""
         inputs = [(name, place) for name, path in _places(self, ctx, outputs=False) for place in _meant(path)]
         check_apart(_places(self, ctx, outputs=True), inputs)
-        return super().invoke(ctx)
+        try:
+            done = super().invoke(ctx)
+        except (RigError, Interrupted) as error:
+            if unwritten := ctx.meta.pop(_UNWRITTEN, ""):
+                raise beside(error, unwritten) from None
+            raise
+        if unwritten := ctx.meta.pop(_UNWRITTEN, ""):
+            raise RigError(unwritten)
+        return done
+
+
+@contextlib.contextmanager
+def told_at_the_end() -> Iterator[None]:
+    """For writing a result: an error of it waits until the command is over, so that a disk that takes nothing hides no
+    fault of the rig. By itself it ends the command with exit status 2, beside another error it is the end of that
+    one's line."""
+    try:
+        yield
+    except RigError as error:
+        if (ctx := click.get_current_context(silent=True)) is None:
+            raise
+        ctx.meta[_UNWRITTEN] = "; ".join(filter(None, (ctx.meta.get(_UNWRITTEN, ""), str(error))))
 
 
 class Group(Command, click.Group):

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from rig.channels import PNEUMATIC, Channels
-from rig.errors import CheckFailed, Interrupted
+from rig.errors import CheckFailed, Interrupted, beside
 from rig.own_units import own_plain
 from rig.realtime.faults import Fault
 from rig.realtime.safe_state import SafeReport
@@ -55,9 +55,15 @@ class Outcome:
         """What became of the rig, for the end of a bad line; nothing where it never was under way."""
         return f"; {self.safe.words}" if self.driven or self.safe.writer or self.safe.outcome else ""
 
-    def judge(self) -> None:
+    def judge(self, also: str = "") -> None:
         """CheckFailed after a fault, an error, a rig that is not known to be safe or an invalid run, Interrupted after
-        an interrupted one that was none of these."""
+        an interrupted one that was none of these; `also`: what else went wrong, for the end of that line."""
+        try:
+            self._judge()
+        except (CheckFailed, Interrupted) as error:
+            raise beside(error, also) if also else error from None
+
+    def _judge(self) -> None:
         faults = [r for r in self.runs if r.fault and not (self.interrupted and r.fault == Fault.ESTOP)]
         if faults:
             raise CheckFailed(f"{faults[0].file.name}: {faults[0].cause}{self._rest}")

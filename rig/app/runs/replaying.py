@@ -224,7 +224,13 @@ def _replay(job: Job, recording: Recording, options: ReplayOptions, target: Path
     if not outcome.runs or outcome.recorder_lost or outcome.runs[0].error:  # what was left behind is not whole
         outcome.judge()
         raise CheckFailed(f"{recording.source}: the replay recorded nothing")
-    return _compared(recording, outcome, target, options)
+    try:
+        return _compared(recording, outcome, target, options)
+    except CheckFailed:
+        raise
+    except RigError as error:  # of a file: what became of the rig is told first
+        outcome.judge(str(error))
+        raise
 
 
 def _check_rig(name: str, channels: Channels, recordings: list[Recording]) -> None:

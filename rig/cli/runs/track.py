@@ -7,7 +7,7 @@ import click
 
 from rig.app.terminal import console, listing
 from rig.cli.common import Number, emit, json_option
-from rig.cli.outputs import Command, Output, output_option
+from rig.cli.outputs import Command, Output, output_option, told_at_the_end
 from rig.outputs import Kind
 from rig.report.shown_text import in_lines
 
@@ -94,7 +94,8 @@ def track(
     summary(result, json_to)
     _show(tracked, json_to)
     if figure is not None and tracked:
-        _draw(tracked, figure)
+        with told_at_the_end():
+            _draw(tracked, figure)
     runs = {str(one.file): one.to_json() for one in tracked}
     plain = result.to_json()
     emit(plain | {"runs": [runs.get(run["file"], run) for run in plain["runs"]], "gains": _gains(prepared)}, json_to)

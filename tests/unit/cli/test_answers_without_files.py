@@ -14,13 +14,16 @@ from rig.app import compose
 from rig.app.gap import hunting
 from rig.app.gap.diagnosing import Campaign
 from rig.app.gap.hunt_folder import Hunt, Step
-from rig.app.runs import replaying
+from rig.app.runs import replaying, sweeping
+from rig.app.runs.outcome import Outcome
 from rig.cli.commands import cli
-from rig.errors import RecordError, RigError
+from rig.errors import CheckFailed, Interrupted, RecordError, RigError
 from rig.gap import diagnosis as diagnosing
 from rig.gap.answer.facts import Gap, Verdict, Where
 from rig.gap.answer.result import Diagnosis
+from rig.realtime.faults import Fault
 from rig.report import gap_page
+from rig.service.records.orders import RunResult
 
 MODEL = "configs/models/simulated.yaml"
 NO_ROOM = OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
@@ -68,6 +71,55 @@ def test_what_was_diagnosed_is_said_where_a_file_cannot_be_written(
     assert str(done.exception) == f"{place}: cannot be written: No space left on device"
     assert "Answer:" in done.output
     assert (tmp_path / "gap.json").exists() == (lost == "page")
+
+
+FAULTY = Outcome([RunResult(1, Path("sine.mcap"), ticks=9, fault=Fault.NOT_FOLLOWING)], 1)
+STOPPED = Outcome([], 1, interrupted=True)
+NO_JSON = "/dev/full: cannot be written: No space left on device"
+
+
+@pytest.mark.parametrize(("came", "kind", "begins"), [
+    (FAULTY, CheckFailed, "sine.mcap: NOT_FOLLOWING"), (STOPPED, Interrupted, "interrupted"),
+    (Outcome([], 0), RigError, ""),
+])  # fmt: skip
+def test_what_became_of_the_rig_is_told_where_its_result_cannot_be_written(
+    monkeypatch: pytest.MonkeyPatch, came: Outcome, kind: type[Exception], begins: str
+) -> None:
+    """The disk's error hid the fault, and with it the exit status 1."""
+    monkeypatch.setattr(sweeping, "run_sweep", lambda *_: came)
+    error = run("run", "quick", "--clock", "virtual", "--json", "/dev/full").exception
+    assert type(error) is kind
+    assert str(error).startswith(begins)
+    assert str(error).endswith(NO_JSON)
+
+
+def test_a_check_that_fails_says_so_where_its_result_cannot_be_written(tmp_path: Path) -> None:
+    (tmp_path / "cut.mcap").write_bytes(b"no log")
+    error = run("log", "check", tmp_path / "cut.mcap", "--json", "/dev/full").exception
+    assert str(error) == f"1 of 1 logs not in order; {NO_JSON}"
+    assert type(error) is CheckFailed
+
+
+def test_a_fault_in_a_replay_is_told_where_the_comparison_cannot_be_written(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    recording = min(Path("tests/replay").glob("*.mcap"), key=lambda path: path.stat().st_size)
+
+    def faulty(*given: Any) -> Outcome:
+        outcome = carry_out(*given)
+        outcome.runs[0].fault = Fault.NOT_FOLLOWING
+        return outcome
+
+    def refused(*_: object) -> None:
+        raise RecordError("out.mcap: cannot be written: No space left on device")
+
+    carry_out = replaying.runner.carry_out
+    monkeypatch.setattr(replaying.runner, "carry_out", faulty)
+    monkeypatch.setattr(replaying, "write_content", refused)
+    error = run("replay", recording, "-o", tmp_path).exception
+    assert type(error) is CheckFailed
+    assert "NOT_FOLLOWING" in str(error)
+    assert "No space left on device; the replay itself is whole and stays at" in str(error)
 
 
 def test_a_campaign_says_of_which_days_a_file_is_missing() -> None:
