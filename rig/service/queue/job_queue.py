@@ -7,9 +7,11 @@ from collections.abc import Collection, Iterator
 from dataclasses import asdict, dataclass, field, fields
 from enum import StrEnum
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
-from rig.errors import RigError
+from rig.config import structure
+from rig.errors import ConfigError, RigError
+from rig.fields import bounded
 from rig.service.records.kept_file import keep, put_aside
 
 MOST_OPEN = 200
@@ -22,6 +24,9 @@ KEPT_FILES = 200
 days."""
 SHOWN_FILES = 50
 """So many of them stand in a status."""
+_MOST: Final = 1_000_000_000
+"""Of whatever is counted in a queue's file: what is more was written by somebody else."""
+_MOST_S: Final = 1e9
 
 
 class JobState(StrEnum):
@@ -39,19 +44,19 @@ class JobState(StrEnum):
 class Job:
     """One sweep of the queue."""
 
-    id: int
     sweep: str
     name: str
-    total: int
+    id: int = bounded(1, _MOST)
+    total: int = bounded(1, _MOST)
     """Records it consists of."""
-    seconds: float
+    seconds: float = bounded(0.0, _MOST_S, "s")
     """Time of all its records."""
-    pause_s: float = 0.0
+    pause_s: float = bounded(0.0, _MOST_S, "s", default=0.0)
     """Rest for the muscles after it."""
     state: JobState = JobState.WAITING
-    done: int = 0
+    done: int = bounded(0, _MOST, default=0)
     folder: str = ""
-    not_valid: int = 0
+    not_valid: int = bounded(0, _MOST, default=0)
     """Of these, records that a missed period or the like makes no measurement of."""
     files: list[str] = field(default_factory=list)
     """The last KEPT_FILES records made."""
@@ -87,13 +92,12 @@ class Queue:
     def _load(self) -> None:
         """What a former daemon left; a job that ran then was stopped by the restart."""
         try:
-            raw = json.loads(self._path.read_text(encoding="utf-8"))
-            known = {f.name for f in fields(Job)}
-            self.jobs = [_job({key: value for key, value in job.items() if key in known}) for job in raw["jobs"]]
-            self._last_id = int(raw["last_id"])
-        except (OSError, ValueError, TypeError, LookupError, AttributeError, OverflowError, RecursionError):
+            kept = _kept(json.loads(self._path.read_text(encoding="utf-8")))
+            self.jobs, self._last_id = kept.jobs, kept.last_id
+        except ConfigError as error:
+            put_aside(self._path, str(error))
+        except (OSError, ValueError, RecursionError):
             put_aside(self._path)
-            self.jobs = []
         for job in self.jobs:
             if job.state is JobState.RUNNING:
                 job.state, job.error = JobState.STOPPED, "the daemon ended while it ran"
@@ -103,7 +107,7 @@ class Queue:
         if len(self.left()) >= MOST_OPEN:
             raise RigError(f"the queue holds {MOST_OPEN} sweeps already; wait, or take them out by `pamrig clear`")
         self._last_id += 1
-        job = Job(self._last_id, str(sweep), name, total, seconds, pause_s)
+        job = Job(str(sweep), name, self._last_id, total, seconds, pause_s)
         self.jobs.append(job)
         try:
             self.save()
@@ -170,5 +174,30 @@ class Queue:
         return (asdict(job) | {"files": job.files[-SHOWN_FILES:], "made": len(job.files)} for job in self.jobs)
 
 
-def _job(raw: dict[str, Any]) -> Job:
-    return Job(**(raw | {"state": JobState(raw["state"])}))
+@dataclass
+class _Kept:
+    """A queue's file."""
+
+    jobs: list[Job]
+    last_id: int = bounded(0, _MOST)
+
+    def __post_init__(self) -> None:
+        ids = [job.id for job in self.jobs]
+        if len(set(ids)) < len(ids) or max(ids, default=0) > self.last_id:
+            raise ValueError("jobs: two have the same id, or one is above last_id")
+        if over := next((job for job in self.jobs if job.done > job.total), None):
+            raise ValueError(f"jobs: {over.done} of {over.total} records are done")
+        if any("\0" in place for job in self.jobs for place in (job.sweep, job.folder)):
+            raise ValueError("jobs: a place has a character that no file name can have")
+
+
+def _kept(raw: object) -> _Kept:
+    """The file as it was read, without keys of other versions; ConfigError when it is none that a daemon wrote."""
+    if isinstance(raw, dict) and isinstance(raw.get("jobs"), list):
+        known = {each.name for each in fields(Job)}
+        jobs = [
+            {key: value for key, value in job.items() if key in known} if isinstance(job, dict) else job
+            for job in raw["jobs"]
+        ]
+        raw = {"last_id": raw.get("last_id"), "jobs": jobs}
+    return structure(raw, _Kept, "it is no queue")

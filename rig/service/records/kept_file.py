@@ -30,13 +30,13 @@ def keep(path: Path, text: str, problem: str = "cannot be written") -> None:
         raise RigError(f"{path}: {problem}: {error.strerror}") from None
 
 
-def put_aside(path: Path) -> None:
-    """A file that cannot be read gives up its name, beside those that did before it, and the log says so. RigError when
-    it cannot."""
+def put_aside(path: Path, why: str = "cannot be read") -> None:
+    """A file that cannot be read, or holds what no daemon wrote, gives up its name, beside those that did before it,
+    and the log says so. RigError when it cannot."""
     places = itertools.chain([".broken"], (f".broken{number}" for number in itertools.count(2)))
     place = next(free for suffix in places if not os.path.lexists(free := path.with_suffix(suffix)))
     try:
         path.rename(place)
     except OSError as error:
-        raise RigError(f"{path}: cannot be read, nor put aside: {error.strerror}") from None
-    _LOG.error("%s: cannot be read; it is kept as %s, and a new one begun", path, place.name)
+        raise RigError(f"{path}: {why}; it cannot be put aside: {error.strerror}") from None
+    _LOG.error("%s: %s; it is kept as %s, and a new one begun", path, why, place.name)

@@ -10,31 +10,38 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
-from rig.service.records.kept_file import keep
+from rig.service.records.kept_file import keep, put_aside
 
 
 class OperatingTime:
     """An operating-hours counter, kept in a file of the daemon's state folder. Only the daemon `save`s."""
 
     def __init__(self, path: Path, clock_s: Callable[[], float] = time.monotonic) -> None:
-        """Begins where the file ends; at 0 when there is none, or it cannot be read: then nothing is old."""
+        """Begins where the file ends; at 0 when there is none, or it holds something else: then nothing is old."""
         self._path, self._clock_s = path, clock_s
         self._began_s = clock_s()
-        self._before_s = _read(path)
+        before_s = _read(path)
+        self._before_s, self._broken = before_s or 0.0, before_s is None
 
     def s(self) -> float:
         """Seconds so far. Any thread may ask."""
         return self._before_s + self._clock_s() - self._began_s
 
     def save(self) -> None:
-        """Onto the disk, whole or not at all. RigError when the folder takes nothing."""
+        """Onto the disk, whole or not at all; a file that held something else is put aside, only now that something is
+        written. RigError when the folder takes nothing."""
+        if self._broken:
+            put_aside(self._path)
+            self._broken = False
         keep(self._path, json.dumps({"operating_s": self.s()}))
 
 
-def _read(path: Path) -> float:
-    """Seconds by the file; 0 for one that is missing or holds something else."""
+def _read(path: Path) -> float | None:
+    """Seconds by the file; 0 without one, None when it holds something else."""
     try:
         said = float(json.loads(path.read_text(encoding="utf-8"))["operating_s"])
-    except (OSError, ValueError, TypeError, KeyError, RecursionError):
+    except FileNotFoundError:
         return 0.0
-    return said if math.isfinite(said) and said > 0.0 else 0.0
+    except (OSError, ValueError, TypeError, KeyError, OverflowError, RecursionError):
+        return None
+    return said if math.isfinite(said) and said >= 0.0 else None

@@ -1,7 +1,6 @@
 """The steps of bringing a rig up and calibrating it, as docs/how-to/bring_up.md has them: what each is done with on the
 command line, what the daemon sees of it by itself, what an operator has confirmed, and which comes next."""
 
-import contextlib
 import json
 import shlex
 import time
@@ -13,7 +12,7 @@ from typing import Any, Final
 from rig.config import load
 from rig.errors import RigError
 from rig.rig_config import RigConfig
-from rig.service.records.kept_file import keep
+from rig.service.records.kept_file import keep, put_aside
 
 Seen = Callable[[dict[str, Any]], str]
 """What of a step can be seen in a status; empty when it cannot be seen to be done."""
@@ -70,7 +69,7 @@ class BringUp:
 
     def told(self, status: dict[str, Any]) -> dict[str, Any]:
         """Every step with what is known of it, and the name of the next."""
-        confirmed = self._confirmed()
+        confirmed = self._confirmed() or {}
         steps = [self._step(step, status, confirmed.get(step.name)) for step in self._steps]
         upcoming = next((step["name"] for step in steps if not step["done"]), None)
         return {"steps": steps, "next": upcoming, "calibrated": self._calibrated()}
@@ -80,6 +79,9 @@ class BringUp:
         if name not in {step.name for step in self._steps}:
             raise RigError(f"{name[:40]!a}: no such step")
         confirmed = self._confirmed()
+        if confirmed is None:
+            put_aside(self._kept)
+        confirmed = confirmed or {}
         confirmed.pop(name, None)
         if done:
             confirmed[name] = {"at_s": time.time(), "by": by}
@@ -102,8 +104,12 @@ class BringUp:
         """Roles that the rig's calibration names."""
         return sorted(str(role) for role in self._rig.calibration)
 
-    def _confirmed(self) -> dict[str, Any]:
-        with contextlib.suppress(OSError, ValueError, RecursionError):
+    def _confirmed(self) -> dict[str, Any] | None:
+        """By the name of a step; None when the file holds something else."""
+        try:
             read = json.loads(self._kept.read_text(encoding="utf-8"))
-            return read if isinstance(read, dict) else {}
-        return {}
+        except FileNotFoundError:
+            return {}
+        except (OSError, ValueError, RecursionError):
+            return None
+        return read if isinstance(read, dict) and all(isinstance(each, dict) for each in read.values()) else None

@@ -1,7 +1,9 @@
 """The queue of sweeps over restarts: what was done is remembered, nothing is resumed, nothing is lost."""
 
 import errno
+import json
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -82,6 +84,40 @@ def test_a_broken_file_is_put_aside_not_trusted(tmp_path: Path, text: str) -> No
     (tmp_path / "queue.json").write_text(text)
     assert queue(tmp_path).jobs == []
     assert (tmp_path / "queue.broken").read_text() == text
+
+
+@pytest.mark.parametrize(("changed", "said"), [
+    ({"total": 0}, "jobs[0].total: 0 is outside"), ({"total": True}, "jobs[0].total: expected a whole number"),
+    ({"total": "many"}, "jobs[0].total"), ({"done": 9}, "9 of 3 records are done"), ({"done": -1}, "jobs[0].done"),
+    ({"id": 7}, "above last_id"), ({"id": None}, "jobs[0].id"), ({"seconds": float("nan")}, "jobs[0].seconds"),
+    ({"seconds": None}, "jobs[0].seconds"), ({"pause_s": float("inf")}, "jobs[0].pause_s"),
+    ({"pause_s": "5"}, "jobs[0].pause_s"), ({"state": "asleep"}, "jobs[0].state: unknown value 'asleep'"),
+    ({"files": "one.mcap"}, "jobs[0].files: expected a list"), ({"name": None}, "jobs[0].name: expected text"),
+    ({"folder": "\0"}, "no file name can have"), ({"not_valid": 1e9}, "jobs[0].not_valid"),
+])  # fmt: skip
+def test_a_job_that_no_daemon_wrote_puts_the_file_aside_and_says_why(
+    tmp_path: Path, changed: dict[str, Any], said: str, caplog: pytest.LogCaptureFixture
+) -> None:
+    """A total of 0, by hand, ended each status with "error in the daemon itself", and then the daemon."""
+    queue(tmp_path).add(Path("/a.yaml"), "a", 3, 30.0, 0.0)
+    kept = json.loads((tmp_path / "queue.json").read_text())
+    kept["jobs"][0] |= changed
+    (tmp_path / "queue.json").write_text(json.dumps(kept))
+    found = queue(tmp_path)
+    assert found.jobs == []
+    assert found.add(Path("/b.yaml"), "b", 1, 1.0, 0.0).id == 1
+    assert json.dumps(kept) == (tmp_path / "queue.broken").read_text()
+    (line,) = caplog.messages
+    assert said in line
+    assert line.startswith(f"{tmp_path / 'queue.json'}: it is no queue: ")
+
+
+def test_keys_of_another_version_are_passed_over(tmp_path: Path) -> None:
+    queue(tmp_path).add(Path("/a.yaml"), "a", 3, 30.0, 0.0)
+    kept = json.loads((tmp_path / "queue.json").read_text())
+    kept["jobs"][0]["colour"] = "blue"
+    (tmp_path / "queue.json").write_text(json.dumps(kept | {"more": 1}))
+    assert [job.name for job in queue(tmp_path).jobs] == ["a"]
 
 
 def test_a_queue_that_cannot_be_saved_says_so(tmp_path: Path) -> None:

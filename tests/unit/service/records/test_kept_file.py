@@ -111,7 +111,7 @@ def test_a_file_that_cannot_be_put_aside_is_one_line(tmp_path: Path, monkeypatch
 
     (tmp_path / "queue.json").write_text("x")
     monkeypatch.setattr(Path, "rename", refused)
-    with pytest.raises(RigError, match=r"queue\.json: cannot be read, nor put aside: Read-only file system"):
+    with pytest.raises(RigError, match=r"queue\.json: cannot be read; it cannot be put aside: Read-only file system"):
         Queue(tmp_path / "queue.json")
 
 
@@ -127,3 +127,14 @@ def test_a_full_disk_keeps_what_was_there_and_nothing_beside_it(
     with pytest.raises(RigError, match=r"kept\.json: cannot be written: No space left on device"):
         keep(tmp_path / "kept.json", "[1]")
     assert [(path.name, path.read_text()) for path in tmp_path.iterdir()] == [("kept.json", "{}")]
+
+
+@pytest.mark.parametrize("text", ["", "[]", '{"dry": 5}', "\x00"])
+def test_what_an_operator_confirmed_is_kept_where_it_cannot_be_read(tmp_path: Path, text: str) -> None:
+    """The next step that was confirmed took its place."""
+    (tmp_path / "bringup.json").write_text(text)
+    steps = BringUp(compose.load(None), tmp_path / "bringup.json")
+    assert not any(step["confirmed"] for step in steps.told({})["steps"])
+    steps.confirm("dry", "somebody", done=True)
+    assert (tmp_path / "bringup.broken").read_text() == text
+    assert [step["name"] for step in steps.told({})["steps"] if step["confirmed"]] == ["dry"]

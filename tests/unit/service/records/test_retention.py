@@ -192,6 +192,11 @@ def test_operating_time_is_that_of_all_starts_and_nothing_between_them(tmp_path:
 @pytest.mark.parametrize("text", ["", "nonsense", "[]", "{}", '{"operating_s": NaN}', '{"operating_s": -1}'])
 def test_a_broken_operating_time_begins_anew_and_makes_nothing_old(tmp_path: Path, text: str) -> None:
     (tmp_path / "operating_time.json").write_text(text)
+    begun = OperatingTime(tmp_path / "operating_time.json", lambda: 7.0)
+    assert begun.s() == 0.0
+    assert not (tmp_path / "operating_time.broken").exists()  # who merely looks changes nothing
+    begun.save()
+    assert (tmp_path / "operating_time.broken").read_text() == text
     assert OperatingTime(tmp_path / "operating_time.json", lambda: 7.0).s() == 0.0
     ledger = Ledger(tmp_path / "records.jsonl", lambda: 400 * DAY_S)
     for name in ("a.mcap", "b.mcap"):
