@@ -63,8 +63,8 @@ class Daemon:
     def __init__(self, parts: Parts, settings: DaemonSettings) -> None:
         """StateError when another daemon has the state folder: its queue and ledger are read here, and have one
         writer."""
-        for folder in (settings.logs, settings.state):
-            make_folder(folder)
+        make_folder(settings.logs)
+        make_folder(settings.state, places.OWN_MODE)
         taken = (
             f"{settings.state}: another daemon is running with this state folder; see `pamrig status`, or "
             "give another by --state"

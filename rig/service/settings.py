@@ -150,10 +150,11 @@ def parse_web(text: str, web: Web) -> Web:
     return changed
 
 
-def make_folder(folder: Path) -> None:
-    """A folder of the daemon's, made if it is not there; RigError when nothing can be written to it."""
+def make_folder(folder: Path, mode: int = 0o777) -> None:
+    """A folder of the daemon's, made if it is not there, with that mode at most; RigError when nothing can be written
+    to it."""
     try:
-        folder.mkdir(parents=True, exist_ok=True)
+        folder.mkdir(mode, parents=True, exist_ok=True)
     except OSError as error:
         raise RigError(f"{folder}: cannot be made: {error.strerror}{places.whose(folder)}") from None
     if not os.access(folder, os.W_OK):

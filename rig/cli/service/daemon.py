@@ -80,6 +80,7 @@ def daemon(
     from rig.app import compose
     from rig.app.supervise import parts_of
     from rig.service.daemon import Daemon
+    from rig.service.door.places import keep_others_out
     from rig.service.settings import load_settings
     from rig.service.views import live, metrics
 
@@ -95,6 +96,7 @@ def daemon(
     virtual = clock == "virtual"
     if virtual:
         compose.allow_virtual(rig)
+    keep_others_out()
     with _logging():
         asyncio.run(Daemon(parts_of(rig, virtual=virtual), settings).serve())
 

@@ -230,7 +230,7 @@ def _make_folder(path: Path) -> None:
     """Of the socket at `path`; StateError when it may not be trusted, or cannot be made."""
     places.check_folder(path.parent, make=True)
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
+        path.parent.mkdir(places.OWN_MODE, parents=True, exist_ok=True)
     except OSError as error:
         raise StateError(f"{path}: cannot be made: {error.strerror}") from None
 
@@ -238,15 +238,13 @@ def _make_folder(path: Path) -> None:
 def _unix_socket(path: Path) -> socket.socket:
     """Listening at `path`, for its owner only."""
     listening = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
-    before = os.umask(0o177)
     try:
+        os.fchmod(listening.fileno(), 0o600)  # what the name will have (Linux); a umask is of all threads at once
         listening.bind(str(path))
         listening.listen(BACKLOG)
     except OSError as error:
         listening.close()
         raise StateError(f"{path}: cannot listen there: {error.strerror}") from None
-    finally:
-        os.umask(before)
     return listening
 
 

@@ -23,6 +23,8 @@ SERVICE_SOCKET: Final = Path("/run/pamrig/pamrig.sock")
 """Of the daemon that the system starts."""
 _CREDENTIALS: Final = struct.Struct("3i")  # struct ucred: pid, uid, gid (unix(7))
 _OTHERS_WRITE: Final = stat.S_IWGRP | stat.S_IWOTH
+OWN_MODE: Final = 0o755
+"""At most, of a folder that holds what a daemon goes by: socket, locks, queue, ledger."""
 
 
 def default_socket() -> Path:
@@ -39,6 +41,12 @@ def default_socket() -> Path:
 def own_folder() -> Path:
     """The user's folder where the system gives him none, in /tmp; `check_folder` says whether it is his indeed."""
     return Path(tempfile.gettempdir()) / f"pamrig-{os.getuid()}"
+
+
+def keep_others_out() -> None:
+    """Nothing that this process makes from now on is anybody's to write to, whatever umask it was started with: cron
+    jobs, containers and scripts have 000, and records are not to be deleted by everybody. The group may be meant."""
+    os.umask(os.umask(0o022) | stat.S_IWOTH)
 
 
 def user_name(uid: int) -> str:

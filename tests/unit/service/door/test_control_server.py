@@ -33,6 +33,39 @@ def test_answers_come_in_order_and_refusals_are_answers(tmp_path: Path) -> None:
     with_server(talk)
 
 
+@pytest.mark.parametrize("umask", [0o000, 0o077, 0o777])
+def test_the_socket_is_its_owner_s_whatever_the_umask_which_stays_as_it_is(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, umask: int
+) -> None:
+    """A umask is of all threads: one that made a folder while the socket was made anew could not enter it."""
+    before = os.umask(0o022)
+    (tmp_path / "run").mkdir()
+
+    async def talk(server: Server) -> None:
+        os.umask(umask)
+        with monkeypatch.context() as patch:
+            patch.setattr(os, "umask", None)
+            await server.listen(tmp_path / "run" / "s", "")
+        assert (tmp_path / "run" / "s").stat().st_mode & 0o777 == 0o600 & ~umask
+
+    try:
+        with_server(talk)
+    finally:
+        os.umask(before)
+
+
+def test_the_folder_of_the_socket_is_nobody_else_s_to_write_to(tmp_path: Path) -> None:
+    async def talk(server: Server) -> None:
+        before = os.umask(0)
+        try:
+            await server.listen(tmp_path / "run" / "s", "")
+        finally:
+            os.umask(before)
+        assert (tmp_path / "run").stat().st_mode & 0o777 == 0o755
+
+    with_server(talk)
+
+
 def test_the_group_of_the_settings_may_command_and_nobody_else(tmp_path: Path) -> None:
     async def talk(server: Server) -> None:
         await server.listen(tmp_path / "s", grp.getgrgid(os.getgid()).gr_name)

@@ -178,3 +178,21 @@ def test_who_may_command_is_the_user_root_and_whom_the_group_has_let_in(monkeypa
         for uid, group, may in ((os.getuid(), "", True), (0, "", True), (12345, "", False), (12345, "pamrig", True)):
             monkeypatch.setattr(places, "peer_uid", lambda _, uid=uid: uid)
             assert places.may_command(any_socket, group) is may
+
+
+@pytest.mark.parametrize(("umask", "left"), [(0o000, 0o002), (0o002, 0o002), (0o022, 0o022), (0o077, 0o077)])
+def test_what_a_daemon_makes_is_not_everybody_s_to_write_to(umask: int, left: int) -> None:
+    before = os.umask(umask)
+    try:
+        places.keep_others_out()
+    finally:
+        assert os.umask(before) == left
+
+
+def test_a_state_folder_is_its_owner_s_alone_to_write_to(tmp_path: Path) -> None:
+    before = os.umask(0)
+    try:
+        make_folder(tmp_path / "state", places.OWN_MODE)
+    finally:
+        os.umask(before)
+    assert (tmp_path / "state").stat().st_mode & 0o777 == 0o755
