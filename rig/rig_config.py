@@ -12,6 +12,7 @@
 What stands under a device beside `kind` belongs to the driver, which has the schema for it.
 """
 
+import itertools
 import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields
@@ -20,7 +21,7 @@ from typing import Any
 
 from rig.channels import EFFECTS_FACT, PNEUMATIC, Channels, check_channels
 from rig.channels import FACT as CHANNELS_FACT
-from rig.config import bounded, nearest_file, one_line, read_yaml, structure, suggest
+from rig.config import bounded, nearest_file, one_line, parse_yaml, read_text, structure, suggest
 from rig.errors import ConfigError
 from rig.further import FACT as FURTHER_FACT
 from rig.further import Further, check_new, plain
@@ -99,6 +100,8 @@ class RigConfig:
     """Further channels that its devices read, in the order of their places in a sample."""
     tags: Tags = field(default_factory=dict)
     """What every record of this rig shall say of it: muscle, load, who."""
+    used: Mapping[Path, bytes] = field(default_factory=dict)
+    """The files that the settings of its devices name, as they were when the rig was loaded."""
     effects: tuple[str, ...] | None = None
     """Effects, or stages of the chain, that the rig can have; None: whatever its channels allow."""
 
@@ -113,8 +116,8 @@ class RigConfig:
 
 def load_rig(path: Path) -> RigConfig:
     """The rig at `path`; ConfigError, one line, when it does not fit."""
-    raw = read_yaml(path)
-    file = structure(raw, _File, str(path))
+    text = read_text(path)
+    file = structure(parse_yaml(text, path), _File, str(path))
     _check_pairs(file.limits, path)
     low, high = file.limits.pressure_mpa
     for key, value in (("p1_mpa", file.safe.p1_mpa), ("p2_mpa", file.safe.p2_mpa)):
@@ -123,8 +126,7 @@ def load_rig(path: Path) -> RigConfig:
                 f"{path}: safe.{key}: {value:g} MPa is outside limits.pressure_mpa, {low:g} .. {high:g} MPa"
             )
     channels = PNEUMATIC if file.channels is None else check_channels(file.channels, f"{path}: channels")
-    calibration = _calibration(path, file.calibration)
-    named = [] if file.calibration is None else [path.parent / file.calibration]
+    calibration, calibration_file = _calibration(path, file.calibration)
     return RigConfig(
         name=one_line(file.name, f"{path}: name"),
         path=path,
@@ -134,7 +136,7 @@ def load_rig(path: Path) -> RigConfig:
         realtime=file.realtime,
         devices=_devices(file, path),
         calibration=calibration,
-        files={"rig.yaml": path.read_bytes()} | {item.name: item.read_bytes() for item in named},
+        files=apart({"rig.yaml": text.encode()}, calibration_file),
         channels=channels,
         further=check_new(file.further, f"{path}: further", channels, WIRES),
         tags=check_tags(file.tags, f"{path}: tags"),
@@ -151,14 +153,27 @@ def _check_pairs(limits: Limits, path: Path) -> None:
             )
 
 
-def _calibration(path: Path, named: Path | None) -> dict[str, Any]:
+def apart(*groups: Mapping[str, bytes]) -> dict[str, bytes]:
+    """Files for a log, by name: of two files of one name, from two folders, the later one is numbered."""
+    kept: dict[str, bytes] = {}
+    for name, data in (item for group in groups for item in group.items()):
+        stem, suffix = os.path.splitext(name)
+        numbered = (name if n == 1 else f"{stem}_{n}{suffix}" for n in itertools.count(1))
+        kept.setdefault(next(free for free in numbered if kept.get(free, data) == data), data)
+    return kept
+
+
+def _calibration(path: Path, named: Path | None) -> tuple[dict[str, Any], dict[str, bytes]]:
+    """What the calibration says, and its file by name: read once, so that a log has what the rig goes by."""
     if named is None:
-        return {}
-    require_file(path.parent / named, f"{path}: calibration", named)
-    raw = read_yaml(path.parent / named)
+        return {}, {}
+    place = path.parent / named
+    require_file(place, f"{path}: calibration", named)
+    text = read_text(place)
+    raw = parse_yaml(text, place)
     if not isinstance(raw, dict):
-        raise ConfigError(f"{path.parent / named}: expected a mapping of roles to calibrations")
-    return raw
+        raise ConfigError(f"{place}: expected a mapping of roles to calibrations")
+    return raw, {named.name: text.encode()}
 
 
 def _devices(file: _File, path: Path) -> tuple[DeviceEntry, ...]:

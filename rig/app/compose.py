@@ -3,6 +3,7 @@
 Nothing heavy is imported here: this module is also loaded by the loop's process, on the controller.
 """
 
+import contextlib
 import ctypes
 import dataclasses
 import importlib
@@ -29,7 +30,7 @@ from rig.realtime.faults import Fault
 from rig.realtime.loop import Loop, LoopSettings
 from rig.realtime.rehearsal import NoDevice, Rehearsal, Rehearsals
 from rig.realtime.ring import Ring, RingWriter
-from rig.rig_config import DeviceEntry, RigConfig, load_rig, require_file, resolve_paths
+from rig.rig_config import DeviceEntry, RigConfig, apart, load_rig, require_file, resolve_paths
 from rig.service.processes import name_process
 from rig.service.session.session import LoopOrders
 
@@ -158,6 +159,7 @@ def _prepare(orders: LoopOrders) -> tuple[Loop, dict[str, Any]]:
     rig: RigConfig = orders.rig
     clock: Clock = VirtualClock(pace=ring.pace) if orders.virtual else MonotonicClock()
     seed = {} if orders.seed is None else {"seed": orders.seed}
+    check_as_loaded(rig)
     device = make_device(rig, clock, {**orders.options, **seed})
     commands: Mailbox | Script = mailbox
     if orders.script is not None:
@@ -228,7 +230,8 @@ def load(path: Path | None) -> RigConfig:
     """The rig's config at `path`, or the simulated rig's; settings of all devices are checked too, and the maps that
     they name are read: whoever makes safe later must not depend on a disk."""
     rig = load_rig(find_config(path, "rigs") if path else default_rig())
-    files = dict(rig.files)
+    named: list[Mapping[str, bytes]] = []
+    used: dict[Path, bytes] = {}
     settings = {entry.name: device_settings(entry, rig, {})[1] for entry in rig.devices}
     _check_further(rig, settings)
     _check_ranges(rig, settings)
@@ -236,14 +239,34 @@ def load(path: Path | None) -> RigConfig:
     for entry in rig.devices:
         own = settings[entry.name]
         _require_files(entry, own, rig.path)
-        files |= {path.name: path.read_bytes() for path in _paths(own)}
+        used |= {path: path.read_bytes() for path in _paths(own)}
         if entry.kind == "emulated":
-            files |= {name: data for name, data in load(own.rig).files.items() if name != "rig.yaml"}
+            named.append({name: data for name, data in load(own.rig).files.items() if name != "rig.yaml"})
     _check_apart(rig, settings)
     devices = tuple(
         dataclasses.replace(entry, read=getattr(settings[entry.name], "read_now", dict)()) for entry in rig.devices
     )
-    return dataclasses.replace(rig, files=files, devices=devices)
+    for path, data in used.items():  # what a device has just read of it is what the log will hold
+        _check_unchanged(path, data, "while it was read; try again")
+    files = apart(rig.files, *({path.name: data} for path, data in used.items()), *named)
+    return dataclasses.replace(rig, files=files, devices=devices, used=used)
+
+
+def _check_unchanged(path: Path, data: bytes, when: str) -> None:
+    """ConfigError when a file holds something else by now."""
+    with contextlib.suppress(OSError):  # one that is gone is told by who needs it
+        if path.read_bytes() != data:
+            raise ConfigError(f"{path}: was written to {when}")
+
+
+def check_as_loaded(rig: RigConfig) -> None:
+    """ConfigError when a file from which a device of the rig is made anew for each session has been written to since
+    the rig was loaded: the records would hold what it was then."""
+    for entry in rig.devices:
+        if not entry.read:
+            for path in _paths(device_settings(entry, rig, {})[1]):
+                if path in rig.used:
+                    _check_unchanged(path, rig.used[path], "since the rig was loaded: start anew")
 
 
 def _check_effects(rig: RigConfig) -> None:

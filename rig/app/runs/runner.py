@@ -24,7 +24,7 @@ from rig.outputs import file_name
 from rig.realtime import measures
 from rig.realtime.faults import Fault, explain
 from rig.realtime.program import Program
-from rig.rig_config import RigConfig
+from rig.rig_config import RigConfig, apart
 from rig.service.records.orders import RunOrder, message_of
 from rig.service.session.run_setup import order_of, session_facts
 from rig.service.session.session import Session, ending_signals, is_warning, own_signals, spoken
@@ -156,7 +156,8 @@ def _orders(session: Session, rig: RigConfig, runs: Sequence[Planned], options: 
     common = (
         session_facts(session, rig) | ({} if options.seed is None else {"seed": options.seed}) | dict(options.facts)
     )
-    attachments = {**rig.files, **options.attachments}
+    chosen = [value for value in options.device_options.values() if isinstance(value, Path)]  # not the rig's
+    attachments = apart(options.attachments, {path.name: path.read_bytes() for path in chosen}, rig.files)
     return [
         order_of(
             session,

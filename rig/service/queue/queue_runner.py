@@ -14,7 +14,7 @@ from rig.log.mcap.schema import Ended
 from rig.outputs import file_name
 from rig.realtime.commands import Request, program_path
 from rig.realtime.state import State
-from rig.rig_config import RigConfig
+from rig.rig_config import RigConfig, apart
 from rig.service.door.protocol import Code, Refused
 from rig.service.processes import DISK_PATIENCE_S
 from rig.service.queue.job_queue import Job, JobState, Queue
@@ -230,7 +230,7 @@ class QueueRunner:
                 "name": plan.name,
                 "job": job.id,
             }
-            attachments = {**self._rig.files, "sweep.yaml": sweep.text}
+            attachments = apart({"sweep.yaml": sweep.text}, self._rig.files)
             order = order_of(session, run, plan.sweep_ticks, self.current, facts, attachments)
             await self._begin(session, order, holds)
             self._now = plan, monitor.telemetry.latest.tick if monitor.telemetry and monitor.telemetry.latest else 0

@@ -7,7 +7,7 @@ import pytest
 from rig.app import compose, shipped
 from rig.errors import ConfigError
 from rig.interfaces import Role
-from rig.rig_config import load_rig
+from rig.rig_config import apart, load_rig
 
 GOOD = """\
 name: mine
@@ -114,6 +114,64 @@ def test_the_log_gets_the_rig_and_its_model() -> None:
     rig = compose.load(None)
     assert set(rig.files) == {"rig.yaml", "simulated.yaml"}
     assert rig.files["simulated.yaml"] == (shipped.configs() / "models" / "simulated.yaml").read_bytes()
+
+
+def written(folder: Path, model: Path | str) -> Path:
+    """A rig of a folder, whose model is that file."""
+    path = folder / "rig.yaml"
+    path.write_text(GOOD.replace("m.yaml", f"{model}"))
+    return path
+
+
+def test_a_log_gets_the_rig_that_was_read_and_not_the_one_that_is_there_now(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Rig and calibration were read once to go by, and once more for the log."""
+    path = written(tmp_path, shipped.configs() / "models" / "simulated.yaml")
+    (tmp_path / "cal.yaml").write_text("angle: {knots: [[0.0, -170.0], [1.0, 170.0]]}\n")
+    path.write_text(path.read_text() + "calibration: cal.yaml\n")
+    was = {one: one.read_bytes() for one in (path, tmp_path / "cal.yaml")}
+    read = Path.read_bytes
+
+    def changed_afterwards(self: Path) -> bytes:
+        found = read(self)
+        if self in was:
+            self.write_bytes(found + b"# by another hand\n")
+        return found
+
+    monkeypatch.setattr(Path, "read_bytes", changed_afterwards)
+    rig = compose.load(path)
+    assert (rig.files["rig.yaml"], rig.files["cal.yaml"]) == tuple(was.values())
+
+
+def test_a_model_that_is_written_to_meanwhile_is_said(tmp_path: Path) -> None:
+    """The session would follow the new one, and its records hold the old one."""
+    model = tmp_path / "model.yaml"
+    model.write_bytes((shipped.configs() / "models" / "simulated.yaml").read_bytes())
+    rig = compose.load(written(tmp_path, "model.yaml"))
+    compose.check_as_loaded(rig)
+    model.write_text(model.read_text() + "# tuned\n")
+    with pytest.raises(ConfigError, match=r"model\.yaml: was written to since the rig was loaded: start anew"):
+        compose.check_as_loaded(rig)
+    model.unlink()
+    compose.check_as_loaded(rig)  # what is gone is told by the device
+
+
+def test_two_files_of_one_name_are_both_in_the_log(tmp_path: Path) -> None:
+    """A calibration that is called rig.yaml, in a folder of its own, took the place of the rig."""
+    model = shipped.configs() / "models" / "simulated.yaml"
+    for folder in ("lab", "lab/of_monday"):
+        (tmp_path / folder).mkdir()
+    path = written(tmp_path / "lab", model)
+    (tmp_path / "lab" / "of_monday" / "rig.yaml").write_text("angle: {knots: [[0.0, -170.0], [1.0, 170.0]]}\n")
+    path.write_text(path.read_text() + "calibration: of_monday/rig.yaml\n")
+    files = compose.load(path).files
+    assert sorted(files) == ["rig.yaml", "rig_2.yaml", "simulated.yaml"]
+    assert files["rig.yaml"] == path.read_bytes()
+    assert files["rig_2.yaml"].startswith(b"angle:")
+    assert apart({"a.yaml": b"1"}, {"a.yaml": b"2", "b": b""}, {"a.yaml": b"2"}, {"a.yaml": b"3", "b": b"x"}) == {
+        "a.yaml": b"1", "a_2.yaml": b"2", "b": b"", "a_3.yaml": b"3", "b_2": b"x",
+    }  # fmt: skip
 
 
 def test_own_configs_are_found_by_name_and_strangers_by_path(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

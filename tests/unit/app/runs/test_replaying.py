@@ -4,7 +4,9 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from support.records.mcap_files import contents
 
+from rig.app import shipped
 from rig.app.runs import replaying, runner
 from rig.app.runs.outcome import Outcome
 from rig.app.runs.replaying import ReplayOptions, prepare, replay_all
@@ -58,3 +60,15 @@ def test_a_record_that_could_not_be_written_is_said_and_not_looked_for(
     job = prepare(sorted(RECORDINGS.glob("*.mcap"))[0], None, None, None, resample=False)
     with pytest.raises(CheckFailed, match=r"not valid: x\.mcap\.partial: cannot be written: No space left"):
         list(replay_all(job, ReplayOptions(tmp_path / "out")))
+
+
+def test_a_replay_holds_the_model_that_answered_and_not_the_rigs_alone(tmp_path: Path) -> None:
+    """It had the rig's own under its name, and nothing of the one that was asked for."""
+    model = tmp_path / "simulated.yaml"
+    model.write_bytes((shipped.configs() / "models" / "simulated.yaml").read_bytes() + b"# as tuned on Monday\n")
+    recording = min(RECORDINGS.glob("*.mcap"), key=lambda path: path.stat().st_size)
+    (done,) = replay_all(prepare(recording, None, model, None, resample=False), ReplayOptions(tmp_path / "out"))
+    held = contents(done.file).attachments
+    assert held["simulated.yaml"] == model.read_bytes()
+    assert held["simulated_2.yaml"] == (shipped.configs() / "models" / "simulated.yaml").read_bytes()
+    assert {"rig.yaml"} < held.keys()
