@@ -345,19 +345,19 @@ def _parameters(signal: Signal) -> dict[str, Any]:
 
 def _told_apart(plans: list[RunPlan]) -> list[RunPlan]:
     """Plans that differ only in what a name does not show get a number, so that no file is written twice; one that
-    another plan is called by itself is passed over."""
-    own = {plan.name for plan in plans}
+    another plan is called by itself is passed over. A disk may take capitals for small letters."""
+    own = {plan.name.lower() for plan in plans}
     seen: set[str] = set()
     numbers: dict[str, Iterator[str]] = {}
     out = []
     for plan in plans:
-        if plan.name not in seen:
-            seen.add(plan.name)
+        if plan.name.lower() not in seen:
+            seen.add(plan.name.lower())
             out.append(plan)
             continue
         numbered = numbers.setdefault(plan.name, _numbered(plan.name))
-        free = next(name for name in numbered if name not in own and name not in seen)
-        seen.add(free)
+        free = next(name for name in numbered if name.lower() not in own and name.lower() not in seen)
+        seen.add(free.lower())
         out.append(replace(plan, name=free))
     return out
 

@@ -83,6 +83,15 @@ def test_a_number_gives_no_name_that_another_record_has(tmp_path: Path) -> None:
     assert names == ["waveform_w", "waveform_w_3", "waveform_w_2", "waveform_w_4"]
 
 
+def test_records_are_told_apart_by_more_than_capitals(tmp_path: Path) -> None:
+    """On a disk that takes capitals for small letters the second one did not get its name."""
+    for name in ("push_A", "push_a", "push_a_2"):
+        (tmp_path / f"{name}.csv").write_text("t_s,dp_mpa\n0,0\n1,0\n")
+    files = ", ".join(f"{{waveform: {{file: {name}.csv}}}}" for name in ("push_A", "push_a", "push_a_2"))
+    names = [run.name for run in plans(tmp_path, f"records: [{files}]")]
+    assert names == ["waveform_push_A", "waveform_push_a_3", "waveform_push_a_2"]
+
+
 def test_a_record_s_name_is_one_that_a_disk_takes(tmp_path: Path) -> None:
     """A table with a long name ended `run` in a traceback, and a daemon as an error in the daemon itself."""
     for stem, fits in (("x" * 180, True), ("\u00e4" * 100, False), ("x" * 240, False)):
