@@ -65,6 +65,8 @@ def probe(
 
     rig = compose.load(rig_path)
     screen = console(json_to)
+    if step:
+        probing.check_step(rig, step_mpa)
     if step and not yes:
         inventory.ask_to_move(rig, f"steps each valve by {step_mpa:g} MPa")
     with progress("probing", ticks * len(rig.devices)) as update:
@@ -141,7 +143,7 @@ def calibrate(
     """
     from rig.app import compose, inventory
     from rig.app.devices import calibrating
-    from rig.errors import ConfigError, RigError
+    from rig.errors import RigError
 
     if (what is None) == (points is None):
         raise RigError("devices calibrate: say either what to calibrate (angle, pressures) or give --points FILE")
@@ -149,21 +151,21 @@ def calibrate(
         form, reference_uncertainty, calibrating.parse_serials(serials), settle, reference_v, force
     )
     calibrating.kept_in(output)
-    if points is not None:
-        rig = compose.load(rig_path) if rig_path else None
-        measured = calibrating.read_points(points)
-    elif what == "angle":
-        measured = calibrating.guided_angle(rig := compose.load(rig_path), options)
-    else:
-        visits = calibrating.parse_levels(levels, rig := compose.load(rig_path))
-        if not yes:
-            inventory.ask_to_move(rig, f"brings both muscles to {max(visits):g} MPa")
-        measured = calibrating.guided_pressures(rig, visits, options)
-    try:
+    typed: calibrating.Typed = {}
+    rig = compose.load(rig_path) if rig_path or points is None else None
+    with calibrating.not_lost(output, typed, options):
+        if points is not None:
+            measured = calibrating.read_points(points)
+        else:
+            assert rig is not None
+            if what == "angle":
+                calibrating.guided_angle(rig, options, typed)
+            else:
+                visits = calibrating.parse_levels(levels, rig)
+                if not yes:
+                    inventory.ask_to_move(rig, f"brings both muscles to {max(visits):g} MPa")
+                calibrating.guided_pressures(rig, visits, options, typed)
+            measured = calibrating.measured(typed, options)
         result = calibrating.write(output, measured, str(points or "the points"), rig)
-    except ConfigError as error:
-        if points is None and any(channel.points for channel in measured.values()):
-            raise RigError(f"{error}; the points are kept in {calibrating.keep_points(output, measured)}") from None
-        raise
     console(json_to).print(calibrating.table(result))
     emit(result, json_to)

@@ -1,10 +1,11 @@
 """Calibrating a rig: points from a file or asked for on the terminal, fitted, and written to a calibration file."""
 
+import contextlib
 import dataclasses
 import datetime
 import itertools
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -19,13 +20,15 @@ from rig.app.devices.bringup import DeviceTicker, mean
 from rig.app.overseen import Overseen, check_last_resort, overseen
 from rig.app.terminal import listing
 from rig.config import read_yaml, structure, unstructure
-from rig.errors import ConfigError, RigError
+from rig.errors import ConfigError, RigError, beside
 from rig.interfaces import Device, Role
 from rig.outputs import Kind, write_text
 from rig.realtime.clock import MonotonicClock
 from rig.rig_config import RigConfig
 
 COLLECT_S = 0.5
+Typed = dict[Role, list[tuple[float, float]]]
+"""Points that somebody has typed in so far: raw reading and reference of each."""
 
 
 @dataclass(frozen=True)
@@ -80,9 +83,10 @@ def read_points(path: Path) -> dict[Role, Measured]:
     return {Role(key): structure(item, Measured, f"{path}: {key}") for key, item in raw.items()}
 
 
-def guided_angle(rig: RigConfig, options: CalibrationOptions) -> dict[Role, Measured]:
-    """Ask for joint angles set by hand and measure the potentiometer at each. Nothing is written to the rig."""
-    points: list[tuple[float, float]] = []
+def guided_angle(rig: RigConfig, options: CalibrationOptions, typed: Typed) -> None:
+    """Ask for joint angles set by hand and measure the potentiometer at each, into `typed`. Nothing is written to the
+    rig."""
+    points = typed.setdefault(Role.ANGLE, [])
     click.echo(
         "Air off and vented. Turn the joint to an angle of the protractor, type the angle in degrees; an empty line "
         "ends."
@@ -104,15 +108,12 @@ def guided_angle(rig: RigConfig, options: CalibrationOptions) -> dict[Role, Meas
                 continue
             points.append((wiper / reference, angle_deg))
             click.echo(f"  ratio {wiper / reference:.5f}, noise {noise / reference:.5f}")
-    return {Role.ANGLE: _measured(points, options)}
 
 
-def guided_pressures(rig: RigConfig, levels: Sequence[float], options: CalibrationOptions) -> dict[Role, Measured]:
-    """Visit `levels` with both muscles, ask for the gauges, and so calibrate regulators and monitors together."""
+def guided_pressures(rig: RigConfig, levels: Sequence[float], options: CalibrationOptions, typed: Typed) -> None:
+    """Visit `levels` with both muscles, ask for the gauges, and so calibrate regulators and monitors together; the
+    points go into `typed`."""
     nominal = dataclasses.replace(rig, calibration={})
-    gauges: dict[Role, list[tuple[float, float]]] = {
-        role: [] for role in (Role.VALVE_1, Role.VALVE_2, Role.MONITOR_1, Role.MONITOR_2)
-    }
     device = compose.make_device(nominal, MonotonicClock())
     with wires.held(compose.wires_of(rig)), _ticker(device, rig, overseen(nominal)) as ticker:
         check_last_resort(rig, ticker.facts, options.force)
@@ -126,11 +127,44 @@ def guided_pressures(rig: RigConfig, levels: Sequence[float], options: Calibrati
                 gauge_mpa = _ask(f"set {level:g} MPa; gauge of {valve.value} [MPa]")
                 if gauge_mpa is None:
                     continue
-                gauges[valve].append((level, gauge_mpa))
+                typed.setdefault(valve, []).append((level, gauge_mpa))
                 reading = mean(found, raw)[0]
                 if math.isfinite(reading):
-                    gauges[monitor].append((reading, gauge_mpa))
-    return {role: _measured(points, options) for role, points in gauges.items() if points}
+                    typed.setdefault(monitor, []).append((reading, gauge_mpa))
+
+
+def measured(typed: Typed, options: CalibrationOptions) -> dict[Role, Measured]:
+    """What was typed in, with what the command was asked for."""
+    form, uncertainty, serials = Form(options.form), options.reference_uncertainty, options.serial_numbers
+    return {role: Measured(points, form, "", uncertainty, serials) for role, points in typed.items()}
+
+
+@contextlib.contextmanager
+def not_lost(out: Path, typed: Typed, options: CalibrationOptions) -> Iterator[None]:
+    """Points that somebody has typed in outlive whatever ends the calibration of `out`: a fit that is refused, a device
+    that is lost at the last level, a full disk, Ctrl-C. They lie in a file for `--points` or, where the disk takes
+    none, stand on the terminal."""
+    try:
+        yield
+    except RigError as error:
+        kept = _kept_points(out, typed, options)
+        raise beside(error, kept) if kept else error from None
+    except (click.Abort, KeyboardInterrupt):
+        kept = _kept_points(out, typed, options) or "nothing was written"
+        click.echo(f"\ncalibration given up: {kept}", err=True)
+        raise
+
+
+def _kept_points(out: Path, typed: Typed, options: CalibrationOptions) -> str:
+    """Where they are now; empty without any."""
+    found = {role: points for role, points in typed.items() if points}
+    if not found:
+        return ""
+    try:
+        return f"the points are kept in {keep_points(out, measured(found, options))}"
+    except RigError as error:
+        click.echo(_as_yaml(measured(found, options)), err=True)
+        return f"the points stand above, for a file for --points: {error}"
 
 
 def kept_in(out: Path) -> dict[Role, Calibration | Potentiometer]:
@@ -141,16 +175,16 @@ def kept_in(out: Path) -> dict[Role, Calibration | Potentiometer]:
 
 
 def keep_points(out: Path, measured: Mapping[Role, Measured]) -> Path:
-    """Points that were typed in but could not be fitted, as a file for `--points`."""
+    """Points that were typed in and made no calibration, as a file for `--points`."""
+    path = next(place for n in itertools.count(1) if not (place := _points_place(out, n)).exists())
+    write_text(path, _as_yaml(measured), Kind.CALIBRATION)
+    return path
+
+
+def _as_yaml(measured: Mapping[Role, Measured]) -> str:
     import yaml
 
-    path = next(place for n in itertools.count(1) if not (place := _points_place(out, n)).exists())
-    write_text(
-        path,
-        yaml.safe_dump({role.value: unstructure(m) for role, m in measured.items()}, sort_keys=False),
-        Kind.CALIBRATION,
-    )
-    return path
+    return yaml.safe_dump({role.value: unstructure(m) for role, m in measured.items()}, sort_keys=False)
 
 
 def _points_place(out: Path, number: int) -> Path:
@@ -191,10 +225,6 @@ def table(result: Mapping[str, Any]) -> Table:
     return shown
 
 
-def _measured(points: list[tuple[float, float]], options: CalibrationOptions) -> Measured:
-    return Measured(points, Form(options.form), "", options.reference_uncertainty, options.serial_numbers)
-
-
 def _ticker(device: Device, rig: RigConfig, above: Overseen | None = None) -> DeviceTicker:
     return DeviceTicker(device, rig.period_ns, (rig.safe.p1_mpa, rig.safe.p2_mpa), above)
 
@@ -202,11 +232,7 @@ def _ticker(device: Device, rig: RigConfig, above: Overseen | None = None) -> De
 def _ask(question: str) -> float | None:
     """A number, asked for until it is one; None for an empty line."""
     while True:
-        try:
-            text = click.prompt(question, default="", show_default=False).strip()
-        except click.Abort:
-            click.echo("\ncalibration given up: nothing was written", err=True)
-            raise
+        text = click.prompt(question, default="", show_default=False).strip()
         if not text:
             return None
         try:

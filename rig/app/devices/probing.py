@@ -11,7 +11,7 @@ from rig.app import compose, inventory, wires
 from rig.app.devices.bringup import DeviceTicker, StepResult, Timing, let_go, step_valves, time_reads
 from rig.app.overseen import check_last_resort, overseen
 from rig.app.terminal import listing
-from rig.errors import CheckFailed, DeviceError
+from rig.errors import CheckFailed, DeviceError, RigError
 from rig.realtime.clock import MonotonicClock
 from rig.rig_config import DeviceEntry, RigConfig
 
@@ -118,9 +118,20 @@ def _findings(entry: DeviceEntry, timing: Timing, period_ns: int) -> list[str]:
     return lines
 
 
+def check_step(rig: RigConfig, step_mpa: float) -> None:
+    """RigError for a step that would leave the rig's envelope: there is no guard of a loop behind it."""
+    top = rig.limits.pressure_mpa[1]
+    if (reached := max(rig.safe.p1_mpa, rig.safe.p2_mpa) + step_mpa) > top + 1e-9:
+        raise RigError(
+            f"--step-mpa {step_mpa:g}: from the safe pressure that reaches {reached:g} MPa, above {top:g} MPa, the end "
+            f"of limits.pressure_mpa of {rig.path}"
+        )
+
+
 def stepped(rig: RigConfig, found: Probe, step_mpa: float, settle_s: float, *, force: bool = False) -> Probe:
     """What was found, with what followed when each valve was stepped alone; MOVES THE RIG, and leaves it in its safe
-    state. RigError for a watchdog that takes too long, unless forced."""
+    state. RigError for a step that leaves the envelope, and for a watchdog that takes too long, unless forced."""
+    check_step(rig, step_mpa)
     device = compose.make_device(rig, MonotonicClock())
     safe = rig.safe.p1_mpa, rig.safe.p2_mpa
     try:

@@ -1,12 +1,14 @@
 """`pamrig devices`: what it lists, what the probe finds out about wiring, and guided calibration; bad input in one
 line."""
 
+import errno
 import json
 import os
 import threading
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import pytest
 import yaml
@@ -159,6 +161,18 @@ def test_the_leash_asks_for_priority_for_its_thread_alone(
     with DeviceTicker(lab.device, 5_000_000, SAFE) as ticker:
         assert ticker.collect(0.05)
     assert asked == [("ticker", 0, os.SCHED_FIFO)]
+
+
+@pytest.mark.parametrize(("step_mpa", "fits"), [("0.06", False), ("0.05", True)])
+def test_a_step_stays_inside_the_rig_s_envelope(tmp_path: Path, step_mpa: str, fits: bool) -> None:
+    """Nothing but this stands between a step and the valves: a rig with thin muscles was taken beyond its limit."""
+    text = (RIGS / "simulated.yaml").read_text().replace("../models/simulated.yaml", "simulated")  # one of pamrig's own
+    thin = yaml.safe_load(text) | {"limits": {"pressure_mpa": [0.0, 0.25]}}
+    (tmp_path / "rig.yaml").write_text(yaml.safe_dump(thin))
+    asked = ("probe", "--rig", str(tmp_path / "rig.yaml"), "--ticks", "20", "--step", "--step-mpa", step_mpa)
+    line = refusal(*asked, typed="n\n")
+    beyond = "reaches 0.26 MPa, above 0.25 MPa, the end of limits.pressure_mpa"
+    assert ("nothing was moved" if fits else beyond) in line
 
 
 @pytest.mark.parametrize(
@@ -324,6 +338,64 @@ def test_a_guided_calibration_of_the_angle_moves_nothing(tmp_path: Path) -> None
     kept = tmp_path / "cal.points.yaml"
     assert str(kept) in line
     assert [angle for _, angle in yaml.safe_load(kept.read_text())["angle"]["points"]] == [0.0, 1.0]
+
+
+LEVELS = ("--yes", "--rig", EMULATED, "--levels", "0.1,0.2,0.3", "--settle", "0.1")
+TYPED = "0.101\n0.102\n0.201\n0.202\n"
+"""Both gauges at two of three levels."""
+
+
+def kept_points(out: Path) -> list[list[float]]:
+    """Of the first regulator."""
+    points: list[list[float]] = yaml.safe_load(out.with_suffix(".points.yaml").read_text())["valve_1"]["points"]
+    return points
+
+
+def test_points_that_were_typed_outlive_a_device_that_is_lost(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """An hour of gauges went with it."""
+    out, looks = tmp_path / "cal.yaml", []
+    collect = DeviceTicker.collect
+
+    def lost_at_the_third(ticker: DeviceTicker, seconds: float) -> Any:
+        looks.append(seconds)
+        if len(looks) == 3:
+            raise DeviceLost("myRIO RIO0: the session is lost")
+        return collect(ticker, seconds)
+
+    monkeypatch.setattr(DeviceTicker, "collect", lost_at_the_third)
+    result = call("calibrate", "pressures", *LEVELS, "-o", str(out), typed=TYPED)
+    assert type(result.exception) is DeviceLost
+    assert str(result.exception) == (
+        f"myRIO RIO0: the session is lost; the points are kept in {tmp_path / 'cal.points.yaml'}"
+    )
+    assert kept_points(out) == [[0.1, 0.101], [0.2, 0.201]]
+    assert not out.exists()
+    assert call("calibrate", "--points", str(tmp_path / "cal.points.yaml"), "-o", str(out)).exit_code == 0
+
+
+def test_points_that_were_typed_outlive_who_gives_up(tmp_path: Path) -> None:
+    out = tmp_path / "cal.yaml"
+    result = call("calibrate", "pressures", *LEVELS, "-o", str(out), typed=TYPED)
+    assert f"calibration given up: the points are kept in {tmp_path / 'cal.points.yaml'}" in result.output
+    assert result.exit_code != 0
+    assert kept_points(out) == [[0.1, 0.101], [0.2, 0.201]]
+
+
+def test_points_that_were_typed_stand_on_the_terminal_where_the_disk_takes_none(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def full(_: int) -> None:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setattr(os, "fsync", full)
+    result = call("calibrate", "pressures", *LEVELS, "-o", str(tmp_path / "cal.yaml"), typed=f"{TYPED}0.301\n0.302\n")
+    line = str(result.exception)
+    assert line.startswith(
+        f"{tmp_path / 'cal.yaml'}: cannot be written: No space left on device; the points stand above"
+    )
+    _, _, shown = result.output.partition("valve_1:")
+    assert yaml.safe_load("valve_1:" + shown)["valve_1"]["points"] == [[0.1, 0.101], [0.2, 0.201], [0.3, 0.301]]
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_a_file_that_cannot_be_merged_into_is_found_before_the_work(tmp_path: Path) -> None:
