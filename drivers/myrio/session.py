@@ -64,6 +64,10 @@ class FpgaSession:
                     raise
         except LibraryNotFoundError:
             raise DeviceLost("libNiFpga.so is not installed: install NI-RIO, or run on the myRIO itself") from None
+        except OSError as error:  # made for another machine, cut short, or without what it needs itself
+            raise DeviceLost(f"libNiFpga.so cannot be loaded: {error}; install NI-RIO anew") from None
+        except ValueError as error:
+            raise DeviceLost(f"myRIO {self.resource}: opening failed: the library answers nonsense: {error}") from None
         except VENDOR_ERRORS as error:
             raise explain(error, self.resource, "opening") from None
 

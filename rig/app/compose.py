@@ -121,6 +121,9 @@ def loop_process(orders: LoopOrders, pipe: Connection) -> None:
     except RigError as error:
         pipe.send(("device" if isinstance(error, DeviceError) else "config", str(error)))
         return
+    except Exception as error:  # noqa: BLE001  # of a driver: one line instead of a traceback
+        pipe.send(("error", f"the loop was not ready by an error of the program: {_one_line(error)}"))
+        sys.exit(1)
     signal.signal(signal.SIGTERM, lambda *_: loop.terminate(Fault.TERMINATED))
     signal.signal(signal.SIGHUP, lambda *_: loop.terminate(Fault.CONTROL_LOST))
     pipe.send(("ready", facts))

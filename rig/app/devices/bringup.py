@@ -154,13 +154,15 @@ class DeviceTicker:
             except DeviceError as error:
                 failed += 1
                 if failed >= PATIENCE or isinstance(error, DeviceLost):
-                    self._error = error
-                    self._rest()
-                    return
+                    return self._give_up(error)
+            except Exception as error:  # noqa: BLE001  # of a driver: who waits for the ticks must hear of it
+                return self._give_up(DeviceLost(f"the device's driver failed by an error of the program: {error!r}"))
+        return None
 
-    def _rest(self) -> None:
+    def _give_up(self, error: DeviceError) -> None:
         """After an error nothing is to stand under pressure while somebody is still asked for a number; then only
         beat."""
+        self._error = error
         if self._at is not None:
             with contextlib.suppress(DeviceError):  # said by the error; tried again on the way out
                 self._make_safe()

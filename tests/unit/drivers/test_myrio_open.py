@@ -1,5 +1,6 @@
 """Opening a myRIO through the real nifpga package: what is wrong is said in one line, and nothing moves."""
 
+import ctypes.util
 import math
 import os
 import subprocess
@@ -100,6 +101,19 @@ def test_a_running_fpga_keeps_its_outputs_through_open_and_close(lab: Lab) -> No
         device.close()
     assert lab.stand_in.board.commands_mpa() == before
     assert lab.fpga.sessions == 0
+
+
+def test_a_library_that_answers_nonsense_is_one_line(lab: Lab) -> None:
+    lab.fpga.set_vi_state(77)
+    assert refused(lab.device().open, DeviceLost, "the library answers nonsense: 77")
+    assert lab.fpga.sessions == 0
+
+
+def test_a_library_that_cannot_be_loaded_is_one_line(lab: Lab, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Cut short, or made for another machine: it ended in the system's words, or in a traceback of the loop."""
+    (tmp_path / "libNiFpga.so").write_bytes(b"\x7fELF")
+    monkeypatch.setattr(ctypes.util, "find_library", lambda _: str(tmp_path / "libNiFpga.so"))
+    assert refused(lab.device().open, DeviceLost, "libNiFpga.so cannot be loaded: ", "file too short; install NI-RIO")
 
 
 def test_without_the_library_it_says_what_to_install(tmp_path: Path) -> None:

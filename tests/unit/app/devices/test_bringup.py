@@ -6,7 +6,9 @@ from typing import Any
 
 import pytest
 
+from rig.app.devices import bringup
 from rig.app.devices.bringup import DeviceTicker
+from rig.errors import DeviceLost
 from rig.interfaces import Measurement
 
 SAFE_MPA = (0.2, 0.2)
@@ -81,4 +83,31 @@ def test_a_ctrl_c_on_the_way_out_is_heard_after_it() -> None:
     device = Pressed()
     with pytest.raises(KeyboardInterrupt):
         held(device)
+    assert (device.is_safe, device.is_open) == (True, False)
+
+
+class Buggy(Pressed):
+    """A device whose driver has a bug, which shows in its third read."""
+
+    reads = 0
+
+    def read(self) -> Measurement:
+        self.reads += 1
+        if self.reads == 3:
+            raise ZeroDivisionError("division by zero")
+        return super().read()
+
+    def safe(self) -> None:
+        self.is_safe = True
+
+
+def test_a_bug_of_a_driver_is_heard_by_who_waits_for_its_ticks(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The thread ended without a word, and the command waited for ever with its set-points at the valves."""
+    monkeypatch.setattr(bringup, "SLEW_MPA_S", 1e-3)
+    device = Buggy()
+    with (
+        pytest.raises(DeviceLost, match=r"failed by an error of the program: ZeroDivisionError\('division by zero'\)"),
+        DeviceTicker(device, 5_000_000, SAFE_MPA) as ticker,
+    ):
+        ticker.go_to(0.3, 0.3)
     assert (device.is_safe, device.is_open) == (True, False)

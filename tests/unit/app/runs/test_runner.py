@@ -146,6 +146,24 @@ def test_a_loop_that_has_left_is_not_killed_by_the_signal_that_comes_after_the_w
     assert session.loop.exitcode == 0
 
 
+def loop_whose_driver_has_a_bug(orders: LoopOrders, pipe: Connection) -> None:
+    def fail(_: SimulatedRig) -> None:
+        raise ZeroDivisionError("division by zero")
+
+    SimulatedRig.open = fail  # type: ignore[method-assign, assignment]
+    compose.loop_process(orders, pipe)
+
+
+def test_a_driver_that_fails_by_a_bug_when_it_is_opened_is_one_line(capfd: pytest.CaptureFixture[str]) -> None:
+    session = Session(loop_whose_driver_has_a_bug, compose.load(None), virtual=True)
+    try:
+        with pytest.raises(RigError, match="not ready by an error of the program: ZeroDivisionError: division by zero"):
+            session.open()
+    finally:
+        session.close()
+    assert "Traceback" not in capfd.readouterr().err
+
+
 def loop_whose_device_takes_no_safe_state(orders: LoopOrders, pipe: Connection) -> None:
     def refuse(_: SimulatedRig) -> None:
         raise DeviceError("no answer")
