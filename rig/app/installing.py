@@ -1,6 +1,8 @@
 """Installing the daemon as a service of this machine: which init, which file, which commands."""
 
 import os
+import re
+import shlex
 import shutil
 import subprocess
 import sys
@@ -68,8 +70,20 @@ def render(init: Init, pamrig: str, rig: Path, config: Path, logs: Path) -> str:
     """The unit or script with its places filled in."""
     text = (shipped.configs() / init.template).read_text(encoding="utf-8")
     for place, value in {"pamrig": pamrig, "rig": rig, "config": config, "logs": logs}.items():
-        text = text.replace(f"{{{place}}}", str(value))
+        if not str(value).isprintable():
+            raise RigError(f"{str(value)!a}: a service cannot be told of a place with such a character in its name")
+        spelt = _of_a_unit(str(value), called=place != "logs") if init is SYSTEMD else shlex.quote(str(value))
+        text = text.replace(f"{{{place}}}", spelt)
     return text
+
+
+def _of_a_unit(place: str, *, called: bool) -> str:
+    """As systemd reads it as one word (systemd.service, "Command lines", and systemd.unit, "Specifiers"); `called`: in
+    a command, where variables are put in."""
+    if re.fullmatch(r"[\w@+=:,./-]+", place):
+        return place
+    escaped = place.replace("\\", "\\\\").replace('"', '\\"').replace("%", "%%")
+    return f'"{escaped.replace("$", "$$") if called else escaped}"'
 
 
 def after_install(init: Init, group: str, logs: Path) -> list[list[str]]:

@@ -15,11 +15,16 @@ from rig.service.records.retention import Policy
 
 
 def default_state_folder() -> Path:
-    """Where queue and black boxes lie: /var/lib/pamrig for root, else the user's state folder."""
+    """Where queue and black boxes lie: /var/lib/pamrig for root, else the user's state folder; for one without a home,
+    as in a container, beside the logs."""
     if os.getuid() == 0:
         return Path("/var/lib/pamrig")
-    home = os.environ.get("XDG_STATE_HOME")
-    return (Path(home) if home else Path.home() / ".local" / "state") / "pamrig"
+    if home := os.environ.get("XDG_STATE_HOME"):
+        return Path(home) / "pamrig"
+    try:
+        return Path.home() / ".local" / "state" / "pamrig"
+    except RuntimeError:
+        return Path("pamrig-state")
 
 
 @dataclass(frozen=True)

@@ -40,8 +40,13 @@ def build(folder: Path, compiler: str = "gcc") -> Path:
 
 
 def cache_folder() -> Path:
-    """Where the compiled library is kept, one folder a version of its source."""
-    base = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
+    """Where the compiled library is kept, one folder a version of its source; RigError for a user without a home."""
+    try:
+        base = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
+    except RuntimeError:
+        raise RigError(
+            "the emulated myRIO is built in the user's cache, and this one has no home: set XDG_CACHE_HOME"
+        ) from None
     return base / "pamrig" / f"nifpga-{hashlib.sha256(SOURCE.read_bytes()).hexdigest()[:16]}"
 
 

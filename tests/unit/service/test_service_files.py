@@ -2,19 +2,21 @@
 the picture."""
 
 import json
+import os
+import pwd
 import shutil
 import socket
 import subprocess
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 import pytest
 from click.testing import CliRunner
 from rich.console import Console
 
 from hil.terminals import Terminals
-from rig.app import shipped
+from rig.app import installing, shipped
 from rig.channels import PNEUMATIC
 from rig.cli.service.install import service
 from rig.cli.service.watch import WINDOW_S, Window, act, lateness_bars, picture
@@ -25,7 +27,7 @@ from rig.qualify.faults.bench import RIG
 from rig.realtime.ring import Ring, RingWriter
 from rig.sample import WIRES, Sample
 from rig.service.session.telemetry import LATENESS_EDGES_US, Telemetry
-from rig.service.settings import DaemonSettings, load_settings
+from rig.service.settings import DaemonSettings, default_state_folder, load_settings
 from rig.service.views import metrics
 from rig.service.views.notify import Notifier
 
@@ -58,6 +60,44 @@ def test_systemd_itself_finds_nothing_wrong_with_the_unit(tmp_path: Path) -> Non
     unit = tmp_path / "etc/systemd/system/pamrig.service"
     checked = subprocess.run([analyze, "verify", "--man=no", str(unit)], capture_output=True, text=True, check=False)
     assert "pamrig.service" not in checked.stderr
+
+
+ODD: Final = 'a lab\'s 50 %n "rig" $HOME; x'
+"""The name of a folder."""
+
+
+def test_systemd_reads_places_with_odd_names_as_they_are(tmp_path: Path) -> None:
+    """A blank parted the rig's path in two, in the line that writes the safe state too."""
+    unit = installing.render(
+        installing.SYSTEMD, "/usr/bin/pamrig", Path(f"/{ODD}/rig.yaml"), Path("/etc/d.yaml"), Path(f"/{ODD}")
+    )
+    spelt = '"/a lab\'s 50 %%n \\"rig\\" $$HOME; x/rig.yaml"'
+    assert f"ExecStart=/usr/bin/pamrig daemon --rig {spelt} --config /etc/d.yaml\n" in unit
+    assert f"ExecStopPost=/usr/bin/pamrig service safe --rig {spelt}\n" in unit
+    assert 'ReadWritePaths="/a lab\'s 50 %%n \\"rig\\" $HOME; x"\n' in unit
+    if analyze := shutil.which("systemd-analyze"):
+        (tmp_path / "odd.service").write_text(unit.replace("/usr/bin/pamrig", "/bin/true"))
+        told = subprocess.run(
+            [analyze, "verify", "--man=no", str(tmp_path / "odd.service")], capture_output=True, text=True, check=False
+        )
+        assert "odd.service" not in told.stderr
+
+
+def test_the_system_v_script_calls_with_odd_names_as_they_are(tmp_path: Path) -> None:
+    (tmp_path / ODD).mkdir()
+    pamrig = tmp_path / ODD / "pamrig"
+    pamrig.write_text("#!/bin/sh\nfor word; do printf '<%s>' \"$word\"; done\n")
+    pamrig.chmod(0o755)
+    text = installing.render(installing.SYSV, str(pamrig), tmp_path / ODD / "rig.yaml", Path("/etc/d.yaml"), tmp_path)
+    (tmp_path / "script").write_text(text.replace("start-stop-daemon", "true"))
+    told = subprocess.run(["sh", str(tmp_path / "script"), "stop"], capture_output=True, text=True, check=True)
+    assert told.stdout == f"<service><safe><--rig><{tmp_path / ODD / 'rig.yaml'}>"
+
+
+@pytest.mark.parametrize("init", installing.INITS.values(), ids=installing.INITS)
+def test_a_service_is_not_installed_for_a_place_that_breaks_its_line(init: installing.Init) -> None:
+    with pytest.raises(RigError, match="a service cannot be told of a place with such a character"):
+        installing.render(init, "/usr/bin/pamrig", Path("/a\nExecStartPre=b"), Path("/etc/d.yaml"), Path("/logs"))
 
 
 def test_the_system_v_script_is_a_script(tmp_path: Path) -> None:
@@ -377,3 +417,17 @@ def test_metrics_take_the_place_of_metrics_only(tmp_path: Path) -> None:
     with pytest.raises(RigError, match="not a regular file"):  # it would no longer be a device
         metrics.check_usable(Path("/dev/null"))
     metrics.check_usable(tmp_path / "pamrig.prom")
+
+
+def test_a_user_without_a_home_has_a_state_folder_beside_the_logs(monkeypatch: pytest.MonkeyPatch) -> None:
+    """In a container, by its number alone: the daemon ended in a traceback, also where --state said the place."""
+
+    def nobody(_: int) -> None:
+        raise KeyError
+
+    for name in ("HOME", "XDG_STATE_HOME"):
+        monkeypatch.delenv(name, raising=False)
+    monkeypatch.setattr(os, "getuid", lambda: 12345)
+    monkeypatch.setattr(pwd, "getpwuid", nobody)
+    assert default_state_folder() == Path("pamrig-state")
+    assert load_settings(None).state == Path("pamrig-state")
