@@ -1,14 +1,17 @@
 """A hunt's folder: every sweep it ran, its records, what was thought after each; so that it goes on after a kill."""
 
 import json
-from collections.abc import Mapping
+import os
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager, suppress
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
 from rig.config import finite, read_text
 from rig.errors import ConfigError
-from rig.outputs import Kind, file_name, write_text
+from rig.outputs import Kind, file_name, make_folder, write_text
+from rig.service.door.places import lock_folder
 
 FILE = "hunt.json"
 VERSION = 1
@@ -71,6 +74,24 @@ class Hunt:
         }
         self.folder.mkdir(parents=True, exist_ok=True)
         write_text(self.folder / FILE, json.dumps(plain, indent=1) + "\n", Kind.HUNT)
+
+
+@contextmanager
+def alone_in(folder: Path) -> Iterator[None]:
+    """The folder, made where it is missing, for one hunt at a time: two would overwrite each other's notes, and neither
+    knew all of its records. StateError while another is at work there. One in which nothing came to lie is removed
+    again."""
+    made = not folder.exists()
+    make_folder(folder)
+    lock = lock_folder(folder, f"{folder}: another hunt is at work there; wait for its end, or name another folder")
+    try:
+        yield
+    finally:
+        if lock is not None:
+            os.close(lock)
+        if made:
+            with suppress(OSError):
+                folder.rmdir()
 
 
 def open_hunt(folder: Path, asked: Mapping[str, Any]) -> Hunt:

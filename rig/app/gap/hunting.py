@@ -11,7 +11,7 @@ from pathlib import Path
 
 from rig.app import shipped
 from rig.app.gap.daemon_jobs import at_hand, check_free, last_job, taken
-from rig.app.gap.hunt_folder import FILE, MODEL_TEXT, Hunt, Step, open_hunt
+from rig.app.gap.hunt_folder import FILE, MODEL_TEXT, Hunt, Step, alone_in, open_hunt
 from rig.app.gap.planning import resting, room_of
 from rig.app.runs.outcome import Outcome
 from rig.app.runs.sweeping import SweepOptions, run_sweep, text_from
@@ -300,7 +300,18 @@ def hunt_and_tell(
     tell: Callable[[Hunted], None],
 ) -> Hunted:
     """`hunt`, with its result given to `tell` and its pages written, also of a hunt that the rig, the daemon, the disk
-    or somebody cut short: what was learnt so far is kept and said."""
+    or somebody cut short: what was learnt so far is kept and said. StateError while another hunt is at work in the
+    folder."""
+    with alone_in(options.folder):
+        return _told(options, allowed, report, tell)
+
+
+def _told(
+    options: HuntOptions,
+    allowed: Callable[[Step], bool],
+    report: Callable[[Step], None],
+    tell: Callable[[Hunted], None],
+) -> Hunted:
     learnt: list[Thought] = []
 
     def thought_through(step: Step, thought: Thought) -> None:

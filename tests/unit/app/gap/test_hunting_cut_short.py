@@ -17,7 +17,7 @@ from click.testing import CliRunner
 from support.plants.begun_hunts import MODEL
 from support.plants.begun_hunts import hunt_options as options
 
-from rig.app.gap.hunt_folder import FILE, open_hunt
+from rig.app.gap.hunt_folder import FILE, alone_in, open_hunt
 from rig.app.gap.hunting import NAMED, TIME, Hunted, HuntOptions, hunt, hunt_and_tell
 from rig.cli.commands import cli
 from rig.errors import EnvelopeError, RigError, StateError
@@ -68,6 +68,19 @@ def test_killed_at_any_moment_it_goes_on_to_the_same_end(begun_hunt: Path, tmp_p
     assert [name for name, _ in told["steps"][-1]["set"]] == ["valve_lag"]
     kept = open_hunt(folder, {})
     assert all(read(folder / step.records) for step in kept.steps)
+
+
+def test_of_two_hunts_in_one_folder_the_second_is_refused(left_hunt: Path) -> None:
+    """Each wrote its own notes over the other's, whose records nobody knew then."""
+    before = (left_hunt / FILE).read_bytes()
+    with alone_in(left_hunt):
+        told, error = tell(options(left_hunt))
+    assert isinstance(error, StateError)
+    assert str(error) == f"{left_hunt}: another hunt is at work there; wait for its end, or name another folder"
+    assert told == []
+    assert (left_hunt / FILE).read_bytes() == before
+    hunt_and_tell(options(left_hunt), lambda _: False, lambda _: None, told.append)
+    assert len(told) == 1
 
 
 def test_a_first_session_outside_the_limits_leaves_nothing_behind(tmp_path: Path) -> None:
