@@ -75,10 +75,10 @@ class Diagnoses:
         """The newest finished diagnosis of every session that was asked for with this model and reference."""
         newest: dict[str, Found] = {}
         for name in self._names():
-            asked, found = (_read(self._folder / name / each) for each in (_ASKED, _FOUND))
+            asked, found = _read(self._folder / name / _ASKED), _found(self._folder / name / _FOUND)
             session = str(asked.get("session"))
             if found and session not in newest and (asked.get("model"), asked.get("reference")) == (model, reference):
-                newest[session] = Found(session, float(asked.get("recorded_s") or asked.get("asked_s") or 0.0), found)
+                newest[session] = Found(session, _number(asked.get("recorded_s") or asked.get("asked_s")), found)
         return list(newest.values())
 
     def report(self, name: str) -> Path:
@@ -103,7 +103,7 @@ class Diagnoses:
 
     def _told(self, name: str) -> dict[str, Any]:
         folder = self._folder / name
-        asked, found = _read(folder / _ASKED), _read(folder / _FOUND)
+        asked, found = _read(folder / _ASKED), _found(folder / _FOUND)
         state = "at work" if name == self._working else "done" if found else "failed"
         said = "" if found or state == "at work" else _text(folder / _SAID)
         return {"name": name, "state": state, "asked": asked, "said": said, **(_summary(found) if found else {})}
@@ -128,6 +128,20 @@ def _summary(found: dict[str, Any]) -> dict[str, Any]:
         "unit": unit_of(found),
         "next": found.get("next_experiment"),
     }
+
+
+def _found(path: Path) -> dict[str, Any]:
+    """The JSON of a diagnosis; empty where there is none, or something else stands there: nobody would see the others
+    then."""
+    with contextlib.suppress(ValueError, LookupError, TypeError, AttributeError):
+        found = _read(path)
+        _summary(found)
+        return found
+    return {}
+
+
+def _number(kept: object) -> float:
+    return float(kept) if isinstance(kept, int | float) else 0.0
 
 
 def _read(path: Path) -> dict[str, Any]:

@@ -17,11 +17,11 @@ _DAY_S = 86400.0
 
 def past(days: list[Found]) -> dict[str, Any]:
     """The days in order of time with gap, floor and sizes in the rig's own unit; what changed and what grows, also in
-    sentences. Days of another unit than the last are of another rig and left out."""
+    sentences. Days of another unit than the last are of another rig and left out, as one is whose diagnosis is none."""
     from rig.gap.history import History, look_back
     from rig.gap.history_words import told
 
-    ordered = sorted(days, key=lambda one: one.recorded_s)
+    ordered = sorted(filter(_is_whole, days), key=lambda one: one.recorded_s)
     unit = unit_of(ordered[-1].found) if ordered else "deg"
     kept = [one for one in ordered if unit_of(one.found) == unit]
     history = look_back([_day(one, kept[0].recorded_s) for one in kept]) if kept else History((), (), ())
@@ -32,6 +32,15 @@ def past(days: list[Found]) -> dict[str, Any]:
         "words": told(history, unit) if len(kept) > 1 else [],
         "effects": _units(history),
     }
+
+
+def _is_whole(one: Found) -> bool:
+    """It holds what a diagnosis does, of these kinds; somebody may have written to it."""
+    try:
+        _day(one, one.recorded_s)
+    except (ValueError, LookupError, TypeError, AttributeError):
+        return False
+    return True
 
 
 def _day(one: Found, first_s: float) -> "Day":
