@@ -16,6 +16,8 @@ from rig.errors import DeviceError, DeviceLost
 
 _SILENT: Final = 100
 """Above every level of pymodbus's log: it would write each time-out to stderr; we raise it instead."""
+_MOST_LEFT: Final = 4096
+"""Bytes of late replies: a frame has 260."""
 _REASONS: Final = {
     1: "it does not know this function",
     2: "it has no such register: wrong map, or wrong module",
@@ -105,20 +107,22 @@ class Session:
         raise DeviceError(f"{self.where}: {text}")
 
     def _drain(self) -> None:
-        """Throw away what is left of a failed exchange. Half a frame would shift all that follow it."""
+        """Throw away what is left of a failed exchange. Half a frame would shift all that follow it. DeviceLost when
+        there is more than late replies can be: who sends without being asked never comes to an end."""
         wire = getattr(self.client, "socket", None)
         if wire is None or not hasattr(wire, "recv"):
             return  # an asyncio client clears its own buffer
         wire.setblocking(False)
         try:
-            while wire.recv(4096):
-                pass
+            left = wire.recv(_MOST_LEFT)
         except BlockingIOError:
             return
         except OSError:
-            pass
+            left = b""
+        if 0 < len(left) < _MOST_LEFT:
+            return
         self.client.close()
-        raise DeviceLost(f"{self.where}: the connection was closed")
+        raise DeviceLost(f"{self.where}: {'it sends without being asked' if left else 'the connection was closed'}")
 
     def close(self) -> None:
         """Let go of the line."""

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import pytest
 
 from drivers.modbus_io.session import Session
-from rig.errors import DeviceError
+from rig.errors import DeviceError, DeviceLost
 
 
 def test_a_refused_register_is_named_in_both_ways_that_manuals_write_it() -> None:
@@ -18,3 +18,54 @@ def test_a_refused_register_is_named_in_both_ways_that_manuals_write_it() -> Non
         "map, or wrong module"
     )
     assert str(error.value) == said
+
+
+class Wire:
+    """A socket on which so much waits after an exchange that failed, and as much again whenever it was read."""
+
+    def __init__(self, waiting: int) -> None:
+        self.waiting, self.reads = waiting, 0
+
+    def setblocking(self, _: bool) -> None:
+        pass
+
+    def recv(self, most: int) -> bytes:
+        self.reads += 1
+        if not self.waiting:
+            raise BlockingIOError
+        if self.reads > 100:
+            raise AssertionError("it never comes to an end")
+        return bytes(min(self.waiting, most))
+
+
+class Answering:
+    """A client whose line is up, and which answers the next exchange."""
+
+    connected = True
+
+    def __init__(self, waiting: int) -> None:
+        self.socket, self.closed = Wire(waiting), False
+
+    def read_holding_registers(self, *_: object, **__: object) -> SimpleNamespace:
+        return SimpleNamespace(function_code=3, registers=[7], isError=lambda: False)
+
+    def close(self) -> None:
+        self.closed = True
+
+
+@pytest.mark.parametrize("waiting", [0, 260, 3 * 260])
+def test_late_replies_are_thrown_away_before_the_next_exchange(waiting: int) -> None:
+    session = Session(client := Answering(waiting), "module:502")
+    session.doubtful = True
+    assert session.read(3, 0, 1, 1) == [7]
+    assert not client.closed
+
+
+def test_a_module_that_never_stops_sending_is_lost_and_holds_up_no_tick() -> None:
+    """Throwing away what came went on for as long as something came: a quarter of a second at once, on a fast line."""
+    session = Session(client := Answering(1 << 20), "module:502")
+    session.doubtful = True
+    with pytest.raises(DeviceLost, match=r"^module:502: it sends without being asked$"):
+        session.read(3, 0, 1, 1)
+    assert client.closed
+    assert client.socket.reads == 1
