@@ -18,7 +18,7 @@ from rig.excite.experiment import Timing
 from rig.excite.setpoints import around
 from rig.log.mcap.columns import Samples
 from rig.realtime.program import Program
-from rig.record import Column
+from rig.record import MOST_ROWS, Column
 from rig.sample import WIRES, Phase
 
 PERIOD_TOLERANCE: Final = 0.01
@@ -53,11 +53,16 @@ def program_of(samples: Samples, period_ns: int, p0_mpa: float | None, where: st
     sweep = timeline(samples, where)
     _require_period(samples, sweep, period_ns, where)
     p1, p2 = _setpoints(samples, sweep.rows, p0_mpa, where)
+    lengths = _phase_ticks(samples, period_ns, where)
+    if (ticks := int(sweep.index[-1]) + 1 + sum(lengths)) > MOST_ROWS:
+        raise RecordError(
+            f"{where}: {len(samples)} rows would become {ticks:.3g} ticks; allowed: {MOST_ROWS}; is a tick wrong?"
+        )
     held = np.searchsorted(sweep.index, np.arange(sweep.index[-1] + 1), side="right") - 1
     rest = _rest(samples, p0_mpa)
     if rest is None:
         raise RecordError(f"{where}: does not say at which pressures the rig rested; give --p0")
-    settle, zero, ramp_in, ramp_out = _phase_ticks(samples, period_ns)
+    settle, zero, ramp_in, ramp_out = lengths
     return Program(1, *rest, p1[held].tolist(), p2[held].tolist(), settle, zero, ramp_in, ramp_out)
 
 
@@ -209,8 +214,9 @@ def _rest(samples: Samples, p0_mpa: float | None) -> tuple[float, float] | None:
     return (p0_mpa, p0_mpa) if p0_mpa is not None else None
 
 
-def _phase_ticks(samples: Samples, period_ns: int) -> tuple[int, int, int, int]:
-    """Lengths of settle, zero, ramp in and ramp out: as recorded, or the usual ones where the recording has none."""
+def _phase_ticks(samples: Samples, period_ns: int, where: str) -> tuple[int, int, int, int]:
+    """Lengths of settle, zero, ramp in and ramp out: as recorded, or the usual ones where the recording has none.
+    RecordError when the ticks of one do not rise: of a length below nothing the sweep would begin in its middle."""
     usual = Timing()
     defaults = {
         Phase.SETTLE: usual.settle_s,
@@ -223,5 +229,7 @@ def _phase_ticks(samples: Samples, period_ns: int) -> tuple[int, int, int, int]:
     for phase, seconds in defaults.items():
         rows = np.flatnonzero(samples["phase"] == phase)
         recorded = int(samples["tick"][rows[-1]]) - int(samples["tick"][rows[0]]) + 1 if len(rows) else 0
+        if recorded < len(rows):
+            raise RecordError(f"{where}: its ticks do not rise; see `pamrig log check`")
         counts.append(recorded if has_phases else round(seconds * 1e9 / period_ns))
     return counts[0], counts[1], counts[2], counts[3]

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rig.model.resample import set_points
-from rig.record import Column, Record
+from rig.record import MOST_ROWS, Column, Record
 
 STILL_MPA: Final = 1e-4
 """A pressure that moves by less does not move at all: far below a converter's step."""
@@ -78,6 +78,8 @@ def follows(record: Record, column: Column, command: Column) -> bool:
     """Whether a column (n,) has anything to do with a command (n,), either way round and with some lag."""
     if min(np.isfinite(column).sum(), np.isfinite(command).sum()) < _LEAST_ROWS:
         return True
+    if record.t_s[-1] - record.t_s[0] > MOST_ROWS * FOLLOWED_S:
+        return True  # a time stamp is wrong, which is told by who puts the record onto a grid
     return any(np.max(np.abs(correlations(record, column, command, every))) > FOLLOWS for every in (_FEW, 1))
 
 

@@ -66,3 +66,10 @@ def test_two_monitors_on_one_wire_are_no_monitors(muscle: int, noise_mpa: float)
 @pytest.mark.parametrize(("apart", "together"), [(0.2, 0.0), (0.02, 0.1), (0.0, 0.1), (0.2, 0.05)])
 def test_monitors_of_two_muscles_that_move_together_are_heard(apart: float, together: float) -> None:
     assert dead_monitor(pressures(apart, together)) is None
+
+
+def test_a_record_with_a_wrong_time_is_left_to_who_says_so() -> None:
+    """Ten gigabytes were asked for; where it is put onto a grid, its gap is told."""
+    late_s = np.where(np.arange(len(T_S)) < 400, T_S, T_S + 1.5e7)
+    command = 0.2 * np.sin(2.0 * T_S)
+    assert dead_monitor(Record("one", late_s, command, None, 0.2 + command / 2, 0.2 - command / 2)) is None

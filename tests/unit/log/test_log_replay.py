@@ -85,6 +85,24 @@ def test_what_cannot_be_replayed(phase: Phase | None, message: str) -> None:
         timeline(samples, "x")
 
 
+def test_a_phase_whose_ticks_run_backwards_is_not_replayed() -> None:
+    """Of a settling that is less than nothing the sweep began in its middle, without the ramp that leads to it."""
+    samples = made_samples(1000)
+    samples["tick"][0] = 900
+    with pytest.raises(RecordError, match="x: its ticks do not rise"):
+        program_of(samples, PERIOD_NS, None, "x")
+
+
+@pytest.mark.parametrize("first", [5, 500])
+def test_a_wrong_tick_number_is_said_before_its_ticks_are_made(first: int) -> None:
+    """In the settling, or in the sweep: twenty gigabytes were asked for."""
+    samples = made_samples(1000)
+    samples["tick"][first:] += np.uint32(3_000_000_000)
+    samples["scheduled_ns"][first:] += 3_000_000_000 * PERIOD_NS
+    with pytest.raises(RecordError, match=r"x: 1000 rows would become 3e\+09 ticks; .* is a tick wrong\?"):
+        program_of(samples, PERIOD_NS, None, "x")
+
+
 def test_the_comparison_goes_by_the_tick_of_the_sweep() -> None:
     recorded = made_samples(1000)
     replayed = made_samples(1000, missed_at=600)
