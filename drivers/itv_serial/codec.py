@@ -95,13 +95,13 @@ class Codec:
         """ReplyError unless `reply` (terminator removed) confirms `count`."""
         match = self._match(self._set_reply, reply)
         found = match.groupdict().get("count")
-        if found is not None and int(found) != count:
+        if found is not None and _whole(found) != count:
             raise ReplyError(f"answered {found} to a set-point of {count}")
 
     def monitored(self, reply: bytes) -> int:
         """The pressure in counts; ReplyError when the reply is something else or lies above full scale by more than 10
         %."""
-        count = int(self._match(self._monitor_reply, reply)["count"])
+        count = _whole(self._match(self._monitor_reply, reply)["count"])
         if count > 1.1 * self.dialect.full_scale_counts:
             raise ReplyError(f"monitor reads {count}, above the full scale of {self.dialect.full_scale_counts}")
         return count
@@ -117,6 +117,14 @@ class Codec:
         if not (match := pattern.fullmatch(text)):
             raise ReplyError(f"unexpected reply {text!r}: another dialect, or noise")
         return match
+
+
+def _whole(text: str | None) -> int:
+    """Counts in a reply; ReplyError for what a pattern of one's own lets through."""
+    try:
+        return int(text or "")
+    except ValueError:
+        raise ReplyError(f"answered {text!r} where counts are expected: does the dialect's pattern fit?") from None
 
 
 class Pace(NamedTuple):

@@ -67,7 +67,7 @@ class External:
                 said = answer(time_s, p1_mpa.copy(), p2_mpa.copy(), start_deg)
             except ModelError:
                 raise
-            except Exception as error:  # noqa: BLE001  # somebody else's code: whatever it raises is told in one line
+            except (Exception, SystemExit) as error:  # noqa: BLE001  # somebody else's code: told in one line
                 raise ModelError(f"{self.source}: raised {_told(error)}") from None
         return _checked(said, time_s, self.source)
 
@@ -104,7 +104,7 @@ def _function(source: str, module: str, name: str) -> Callable[..., Any]:
         raise ModelError(
             f"{source}: no module {error.name!r}; looked for in {os.getcwd()} and where Python looks"
         ) from None
-    except Exception as error:  # noqa: BLE001  # somebody else's module
+    except (Exception, SystemExit) as error:  # noqa: BLE001  # somebody else's module, or a script that ends
         raise ModelError(f"{source}: importing {module} raised {_told(error)}") from None
     function = getattr(found, name, None)
     if not callable(function):

@@ -43,6 +43,15 @@ def test_what_does_not_confirm_the_set_point_is_said(reply: bytes, says: str) ->
         Codec(Dialect()).check_set(reply, 511)
 
 
+@pytest.mark.parametrize("reply", [b"51.2", b"n/a", b""])
+def test_a_pattern_of_one_s_own_that_lets_other_than_counts_through_is_said(reply: bytes) -> None:
+    """It ended the process that drives the line, by a traceback."""
+    codec = Codec(Dialect(set_reply="(?P<count>.*)", monitor_reply="(?P<count>.*)"))
+    for look in (codec.monitored, lambda said: codec.check_set(said, 51)):
+        with pytest.raises(ReplyError, match="where counts are expected: does the dialect's pattern fit"):
+            look(reply)
+
+
 def test_a_monitor_above_full_scale_is_no_pressure() -> None:
     with pytest.raises(ReplyError, match="9999, above the full scale of 1023"):
         Codec(Dialect()).monitored(b"9999")

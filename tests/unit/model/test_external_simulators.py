@@ -55,6 +55,9 @@ def slow(time_s, p1_cmd_mpa, p2_cmd_mpa):
     while True:
         time.sleep(0.01)
 
+def leaves(time_s, p1_cmd_mpa, p2_cmd_mpa):
+    raise SystemExit(0)
+
 value = 3
 """
 
@@ -134,6 +137,7 @@ def test_a_model_file_around_it_keeps_effects_and_names(command: Record, tmp_pat
     ("function", "said"),
     [
         ("raises", r"raised ValueError: the solver failed \(users_plant.py, line 19\)"),
+        ("leaves", r"raised SystemExit: 0 \(users_plant.py, line 35\)"),
         ("not_a_number", "the angle is nan at 1.005 s"),
         ("short", r"answered with the shape \(1199,\); expected \(1200,\)"),
         ("words", "answered with str; expected 1200 numbers"),
@@ -143,6 +147,14 @@ def test_an_answer_that_is_none_is_one_line(command: Record, function: str, said
     with pytest.raises(ModelError, match=said) as error:
         simulate(load_model(Path(f"python:users_plant:{function}")), command)
     assert "\n" not in str(error.value)
+
+
+def test_a_script_that_ends_where_it_is_imported_is_one_line(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The command ended with it, without a word and with its exit status 0."""
+    (tmp_path / "whole_script.py").write_text("import sys\nsys.exit()\n")
+    monkeypatch.syspath_prepend(tmp_path)
+    with pytest.raises(ModelError, match=r"importing whole_script raised SystemExit:  \(whole_script\.py, line 2\)"):
+        load_model(Path("python:whole_script:simulate"))
 
 
 def test_one_that_is_slow_is_ended(command: Record) -> None:
