@@ -5,13 +5,16 @@ import ipaddress
 import os
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import Final
 
-from rig.config import read_yaml, shown, structure
+from rig.config import read_text, read_yaml, shown, structure
 from rig.errors import ConfigError, RigError
 from rig.fields import bounded
 from rig.service.door import places
 from rig.service.door.places import default_socket
 from rig.service.records.retention import Policy
+
+_MOST_TOKEN_BYTES: Final = 4096
 
 
 def default_state_folder() -> Path:
@@ -169,9 +172,9 @@ def make_folder(folder: Path, mode: int = 0o777) -> None:
 def read_token(file: Path) -> str:
     """The token that a remote viewer must show; RigError when it cannot be read or is too short."""
     try:
-        token = file.read_text(encoding="utf-8").strip()
-    except OSError as error:
-        raise RigError(f"{file}: the token cannot be read: {error.strerror}") from None
+        token = read_text(file, _MOST_TOKEN_BYTES).strip()
+    except ConfigError as error:
+        raise RigError(f"the token cannot be read: {error}") from None
     if len(token) < 16:
         raise RigError(f"{file}: a token has at least 16 characters; make one with `openssl rand -hex 16`")
     return token

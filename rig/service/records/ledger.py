@@ -14,6 +14,7 @@ import time
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import asdict, dataclass
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, Final
 
@@ -130,7 +131,7 @@ class Ledger:
             entries = [_entry(json.loads(line)) for line in lines]
         except FileNotFoundError:
             return {}
-        except (OSError, ValueError, TypeError, RecursionError):
+        except (OSError, ValueError, TypeError, OverflowError, RecursionError):
             self._broken = True
             return {}
         last = {entry.path: number for number, entry in enumerate(entries)}
@@ -150,4 +151,5 @@ def _entry(raw: Any) -> Entry:
         raise TypeError("an entry of another kind")
     if not (math.isfinite(entry.operating_s) and entry.operating_s >= 0.0):
         raise ValueError("a time that no daemon has run")  # it would be older than anything can be
+    datetime.fromtimestamp(entry.recorded_s, UTC)  # ValueError, OverflowError or OSError for what is no time of day
     return entry

@@ -27,7 +27,7 @@ from rig.qualify.faults.bench import RIG
 from rig.realtime.ring import Ring, RingWriter
 from rig.sample import WIRES, Sample
 from rig.service.session.telemetry import LATENESS_EDGES_US, Telemetry
-from rig.service.settings import DaemonSettings, default_state_folder, load_settings
+from rig.service.settings import DaemonSettings, default_state_folder, load_settings, read_token
 from rig.service.views import metrics
 from rig.service.views.notify import Notifier
 
@@ -431,3 +431,15 @@ def test_a_user_without_a_home_has_a_state_folder_beside_the_logs(monkeypatch: p
     monkeypatch.setattr(pwd, "getpwuid", nobody)
     assert default_state_folder() == Path("pamrig-state")
     assert load_settings(None).state == Path("pamrig-state")
+
+
+@pytest.mark.parametrize(("held", "said"), [
+    (b"\xff" * 20, "it is not UTF-8 text"), (b"x" * 5000, "it has 5000 bytes"), (None, "no such file"),
+])  # fmt: skip
+def test_a_token_that_cannot_be_read_is_one_line(tmp_path: Path, held: bytes | None, said: str) -> None:
+    if held is not None:
+        (tmp_path / "token").write_bytes(held)
+    with pytest.raises(RigError) as error:
+        read_token(tmp_path / "token")
+    assert str(error.value).startswith(f"the token cannot be read: {tmp_path / 'token'}: ")
+    assert said in str(error.value)

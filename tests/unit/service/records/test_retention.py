@@ -288,6 +288,8 @@ def test_what_went_stands_in_the_log_though_the_ledger_cannot_be_written(
         "[]\n",
         '{"path": 1, "device": 1, "inode": 1, "size": 1, "recorded_s": 1}',
         '{"path": "a", "device": 1, "inode": 1, "size": 1, "recorded_s": 1, "operating_s": -Infinity}',
+        '{"path": "a", "device": 1, "inode": 1, "size": 1, "recorded_s": 1e300}',
+        '{"path": "a", "device": 1, "inode": 1, "size": 1, "recorded_s": NaN}',
     ],
 )
 def test_a_broken_ledger_is_put_aside_and_nothing_is_ours(tmp_path: Path, text: str) -> None:
