@@ -24,7 +24,7 @@ from rig.realtime.clock import MonotonicClock
 from rig.realtime.loop import LEAVING_NS
 from rig.realtime.safe_state import Outcome as SafeOutcome
 from rig.realtime.safe_state import SecondPath, insist
-from rig.sample import Flag
+from rig.sample import BROKEN_WIRE, SUSPECT, Flag
 
 SLEW_MPA_S: Final = 0.1
 LOOK_S: Final = 0.2
@@ -101,13 +101,26 @@ class DeviceTicker:
             raise DeviceLost(f"{why}: nobody would see to the safe state if this command were lost, so it gave up")
 
     def go_to(self, p1_mpa: float, p2_mpa: float, settle_s: float = 0.0) -> None:
-        """Bring both set-points there at SLEW_MPA_S, then wait. The first call starts from the safe pressures."""
-        self._at = self._at or self._safe
+        """Bring both set-points there at SLEW_MPA_S, then wait. The first call starts from the pressures that stand, as
+        far as they are known, so that nothing jumps."""
+        self._at = self._at or self._standing((p1_mpa, p2_mpa))
         self._goal = (p1_mpa, p2_mpa)
         while self._at != self._goal:
             self._alive()
             time.sleep(0.01)
         self.wait(settle_s)
+
+    def _standing(self, goal_mpa: tuple[float, float]) -> tuple[float, float]:
+        """The measured pressures, none above both the safe one and the goal; the safe ones where a monitor says
+        nothing, or nothing that can be true."""
+        found = self.collect(LOOK_S)
+        if any(now.flags & (BROKEN_WIRE | SUSPECT) for now in found):
+            return self._safe
+        p1, p2 = (
+            min(max(p, 0.0), max(safe, goal)) if math.isfinite(p := mean(found, name)[0]) else safe
+            for name, safe, goal in zip(("p1_mpa", "p2_mpa"), self._safe, goal_mpa, strict=True)
+        )
+        return p1, p2
 
     @property
     def device(self) -> Device:

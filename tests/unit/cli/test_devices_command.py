@@ -356,13 +356,13 @@ def test_points_that_were_typed_outlive_a_device_that_is_lost(tmp_path: Path, mo
     out, looks = tmp_path / "cal.yaml", []
     collect = DeviceTicker.collect
 
-    def lost_at_the_third(ticker: DeviceTicker, seconds: float) -> Any:
+    def lost_at_the_last(ticker: DeviceTicker, seconds: float) -> Any:
         looks.append(seconds)
-        if len(looks) == 3:
+        if len(looks) == 4:  # the first is where the pressures stand
             raise DeviceLost("myRIO RIO0: the session is lost")
         return collect(ticker, seconds)
 
-    monkeypatch.setattr(DeviceTicker, "collect", lost_at_the_third)
+    monkeypatch.setattr(DeviceTicker, "collect", lost_at_the_last)
     result = call("calibrate", "pressures", *LEVELS, "-o", str(out), typed=TYPED)
     assert type(result.exception) is DeviceLost
     assert str(result.exception) == (

@@ -1,5 +1,6 @@
 """A device without a loop is left safe, whatever comes on the way out."""
 
+import math
 import signal
 from types import TracebackType
 from typing import Any
@@ -10,6 +11,7 @@ from rig.app.devices import bringup
 from rig.app.devices.bringup import DeviceTicker
 from rig.errors import DeviceLost
 from rig.interfaces import Measurement
+from rig.sample import BROKEN_WIRE, SUSPECT
 
 SAFE_MPA = (0.2, 0.2)
 
@@ -87,13 +89,15 @@ def test_a_ctrl_c_on_the_way_out_is_heard_after_it() -> None:
 
 
 class Buggy(Pressed):
-    """A device whose driver has a bug, which shows in its third read."""
+    """A device whose driver has a bug, which shows once its valves have moved."""
 
-    reads = 0
+    moved = False
+
+    def write(self, *_: float) -> None:
+        self.is_safe, self.moved = False, True
 
     def read(self) -> Measurement:
-        self.reads += 1
-        if self.reads == 3:
+        if self.moved:
             raise ZeroDivisionError("division by zero")
         return super().read()
 
@@ -111,3 +115,36 @@ def test_a_bug_of_a_driver_is_heard_by_who_waits_for_its_ticks(monkeypatch: pyte
     ):
         ticker.go_to(0.3, 0.3)
     assert (device.is_safe, device.is_open) == (True, False)
+
+
+class Standing(Pressed):
+    """A rig at rest at these pressures; what is written to it is remembered."""
+
+    def __init__(self, p1_mpa: float, p2_mpa: float, flags: int = 0) -> None:
+        super().__init__()
+        self.struck = True
+        self._now = Measurement(p1_mpa, p2_mpa, flags=flags)
+        self.written: list[tuple[float, ...]] = []
+
+    def read(self) -> Measurement:
+        return self._now
+
+    def write(self, *pressures_mpa: float) -> None:
+        self.written.append(pressures_mpa)
+
+
+@pytest.mark.parametrize(("device", "begins"), [
+    (Standing(0.0, 0.1), (0.0, 0.1)), (Standing(0.9, -0.01), (0.3, 0.0)), (Standing(math.nan, 0.1), (0.2, 0.1)),
+    (Standing(0.0, 0.1, BROKEN_WIRE), (0.2, 0.2)), (Standing(0.0, 0.1, SUSPECT), (0.2, 0.2)),
+], ids=["empty", "beyond", "one monitor", "a broken wire", "suspect"])  # fmt: skip
+def test_the_first_set_points_are_the_pressures_that_stand(
+    device: Standing, begins: tuple[float, float], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The first ones were the safe pressures, whatever stood there: a rig without air jumped to them."""
+    monkeypatch.setattr(bringup, "LOOK_S", 0.02)
+    monkeypatch.setattr(bringup, "SLEW_MPA_S", 2.0)
+    step_mpa = 2.0 * 0.005
+    with DeviceTicker(device, 5_000_000, SAFE_MPA) as ticker:
+        ticker.go_to(0.3, 0.3)
+    assert device.written[0] == pytest.approx(tuple(min(p + step_mpa, 0.3) for p in begins))
+    assert device.written[-1] == (0.3, 0.3)
