@@ -79,7 +79,7 @@ class Server:
 
     async def listen(self, path: Path, group: str) -> None:
         """Take the Unix socket at `path`; StateError when another daemon has it. A stale one is replaced."""
-        if len(str(path).encode()) > _SUN_PATH:
+        if len(os.fsencode(path)) > _SUN_PATH:
             raise ConfigError(f"{path}: a socket's path has at most {_SUN_PATH} bytes")
         self._group = group
         _make_folder(path)

@@ -111,6 +111,17 @@ def test_a_stale_socket_is_replaced_and_a_file_of_somebody_s_is_not(tmp_path: Pa
     assert (tmp_path / "record.mcap").read_text() == "measured"
 
 
+def test_a_path_may_have_bytes_that_are_no_text(tmp_path: Path) -> None:
+    """The daemon ended in a traceback."""
+    folder = tmp_path / os.fsdecode(b"caf\xe9")
+
+    async def talk(server: Server) -> None:
+        await server.listen(folder / "s", "")
+        assert (folder / "s").is_socket()
+
+    with_server(talk)
+
+
 def test_a_path_that_is_too_long_for_a_socket_is_said_to_be(tmp_path: Path) -> None:
     async def talk(server: Server) -> None:
         with pytest.raises(ConfigError, match="a socket's path has at most 107 bytes"):
