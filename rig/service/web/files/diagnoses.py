@@ -12,6 +12,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, Final
 
+from rig.config import finite
 from rig.errors import RecordError, RigError, StateError
 from rig.service.web.files.found import Found, gap_of, unit_of
 
@@ -141,7 +142,9 @@ def _found(path: Path) -> dict[str, Any]:
 
 
 def _number(kept: object) -> float:
-    return float(kept) if isinstance(kept, int | float) else 0.0
+    with contextlib.suppress(ValueError, TypeError, OverflowError):
+        return finite(kept)
+    return 0.0
 
 
 def _read(path: Path) -> dict[str, Any]:

@@ -1,6 +1,7 @@
 """Results on the page that no diagnosis wrote: they stand as failed, and hide no other."""
 
 import json
+import math
 from pathlib import Path
 
 import pytest
@@ -31,8 +32,9 @@ def test_a_result_that_is_none_hides_no_other(tmp_path: Path, text: str) -> None
     assert [one.session for one in diagnoses.days("m", "auto")] == ["monday"]
 
 
-def test_a_time_that_is_none_is_the_beginning(tmp_path: Path) -> None:
-    kept(tmp_path, "20260101T000000Z", json.dumps(GOOD), recorded_s="noon", asked_s=None)
+@pytest.mark.parametrize("recorded_s", ["noon", None, [], math.inf, 10**400])
+def test_a_time_that_is_none_is_the_beginning(tmp_path: Path, recorded_s: object) -> None:
+    kept(tmp_path, "20260101T000000Z", json.dumps(GOOD), recorded_s=recorded_s, asked_s=None)
     (day,) = Diagnoses(tmp_path).days("m", "auto")
     assert day.recorded_s == 0.0
 
