@@ -23,39 +23,56 @@ from rig.sample import unpack
 SECONDS: Final = 30.0
 
 
-def save(ring: Ring, out: Path, fault: Fault, said: str, facts: Mapping[str, Any] | None = None) -> Path:
-    """Write the last SECONDS of `ring` into `out`; returns the file. `said` stands in its log beside the cause.
+@dataclass(frozen=True)
+class Box:
+    """What a ring held at a moment, on its way to a file: the ring goes on."""
 
-    RecordError when the disk refuses. Called in any process that has the ring.
-    """
-    wall_offset_ns = time.time_ns() - time.monotonic_ns()
-    stamp = datetime.now(UTC).strftime("%Y%m%dT%H%M%S.%fZ")
-    try:
-        out.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise RecordError(f"{out}: cannot be made: {error.strerror}") from None
-    cause = explain(fault)
+    fault: Fault
+    said: str
+    stamp: str
+    about: Mapping[str, Any]
+    wall_offset_ns: int
+    packed: tuple[bytes, ...]
+    """The samples of the last SECONDS."""
+
+    def write(self, out: Path) -> Path:
+        """Into the folder `out`; returns the file. RecordError, and nothing stays, when the disk refuses: it may be
+        tried again."""
+        try:
+            out.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise RecordError(f"{out}: cannot be made: {error.strerror}") from None
+        writer = RunWriter(out / f"blackbox_{self.stamp}_{self.fault.name.lower()}.mcap", self.about, {})
+        try:
+            time_ns = 0
+            for count, packed in enumerate(self.packed):
+                time_ns = unpack(packed).scheduled_ns + self.wall_offset_ns
+                writer.add(packed, time_ns, count)
+            writer.log("fatal", explain(self.fault, self.said), time_ns)
+            return writer.finish({"valid": True, "ticks": len(self.packed), "fault": explain(self.fault)})
+        except RecordError:
+            writer.discard()
+            raise
+
+
+def take(ring: Ring, fault: Fault, said: str, facts: Mapping[str, Any] | None = None) -> Box:
+    """The last SECONDS of `ring`; `said` stands in its log beside the cause. In any process that has the ring."""
     about = {
+        "started_ns": time.time_ns(),
         "kind": BLACK_BOX,
         "name": f"blackbox_{fault.name.lower()}",
         "session": f"{ring.block.session:016x}",
-        "fault": cause,
+        "fault": explain(fault),
         "said": said,
+        **(facts or {}),
     }
-    writer = RunWriter(
-        out / f"blackbox_{stamp}_{fault.name.lower()}.mcap",
-        {"started_ns": time.time_ns(), **about, **(facts or {})},
-        {},
-    )
-    last_ns = 0
-    count = 0
-    for packed in _last(ring, SECONDS):
-        scheduled_ns = unpack(packed).scheduled_ns
-        last_ns = scheduled_ns + wall_offset_ns
-        writer.add(packed, last_ns, count)
-        count += 1
-    writer.log("fatal", explain(fault, said), last_ns)
-    return writer.finish({"valid": True, "ticks": count, "fault": cause})
+    stamp = datetime.now(UTC).strftime("%Y%m%dT%H%M%S.%fZ")
+    return Box(fault, said, stamp, about, time.time_ns() - time.monotonic_ns(), tuple(_last(ring, SECONDS)))
+
+
+def save(ring: Ring, out: Path, fault: Fault, said: str, facts: Mapping[str, Any] | None = None) -> Path:
+    """Write the last SECONDS of `ring` into `out`; returns the file. RecordError when the disk refuses."""
+    return take(ring, fault, said, facts).write(out)
 
 
 def _last(ring: Ring, seconds: float) -> Iterator[bytes]:

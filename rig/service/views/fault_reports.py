@@ -5,6 +5,7 @@ import logging
 import time
 from collections.abc import Callable
 from pathlib import Path
+from typing import Final
 
 from rig.errors import RigError
 from rig.realtime.faults import Fault, explain
@@ -13,6 +14,10 @@ from rig.realtime.state import State
 from rig.service.records import blackbox
 from rig.service.session.session_monitor import SessionMonitor
 
+AGAIN_S: Final = 5.0
+"""Until a black box is tried again that the disk did not take."""
+MOST_WAITING: Final = 8
+"""Black boxes that wait for the disk at a time: each is 1.5 MB of memory."""
 _LOG = logging.getLogger("pamrig")
 
 
@@ -64,11 +69,22 @@ class FaultReports:
         session = self._monitor.session
         if session is None:
             return
-        try:
-            saved = await asyncio.to_thread(blackbox.save, session.ring, self._folder, fault, self._monitor.message)
-            self._keep(saved, explain(fault))
-        except RigError as error:
-            _LOG.error("the black box could not be written: %s", error)
+        box = await asyncio.to_thread(blackbox.take, session.ring, fault, self._monitor.message)
+        said = ""
+        while True:
+            try:
+                saved = await asyncio.to_thread(box.write, self._folder)
+            except RigError as error:
+                if str(error) != said:
+                    said = str(error)
+                    _LOG.error("the black box could not be written, and is tried again: %s", said)
+                if sum(not task.done() for task in self.tasks) > MOST_WAITING:
+                    _LOG.error("the black box of %s is lost: so many wait already", fault.name)
+                    return
+                await asyncio.sleep(AGAIN_S)
+            else:
+                self._keep(saved, explain(fault))
+                return
 
     async def salvage(self, owner: blackbox.Owner) -> None:
         """The black boxes that a daemon of this owner left that had died."""

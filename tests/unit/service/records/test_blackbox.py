@@ -1,5 +1,6 @@
 """The black box: the last 30 s of a ring as a log, and what the memory of a dead daemon is good for."""
 
+import errno
 import os
 import subprocess
 import sys
@@ -162,3 +163,20 @@ def _give_to_the_dead(ring: Ring) -> None:
     words = ring.block.words
     place = next(word for word in range(HEADER_WORDS) if words[word] == os.getpid())
     words[place] = ended.pid
+
+
+def test_one_that_the_disk_does_not_take_leaves_nothing_and_may_be_tried_again(
+    ring: Ring, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    box = blackbox.take(filled(ring, 10), Fault.ESTOP, "")
+
+    def full(_: int) -> None:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    with monkeypatch.context() as patch:
+        patch.setattr(os, "fsync", full)
+        with pytest.raises(RecordError, match="cannot be written: No space left on device"):
+            box.write(tmp_path / "boxes")
+    assert list((tmp_path / "boxes").iterdir()) == []
+    filled(ring, 20)
+    assert ticks_of(box.write(tmp_path / "boxes")) == list(range(10))
