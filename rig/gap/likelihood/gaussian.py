@@ -11,6 +11,7 @@ from functools import cache, cached_property
 
 import numpy as np
 
+from rig.gap.likelihood.elimination import by_factors
 from rig.record import Column
 
 NODES = 15
@@ -128,28 +129,13 @@ class Gaussian:
 
     def log_densities(self, residual: Column, factors: Column) -> Column:
         """(k,) the same with the patterns that days differ in so many times (k,) as large, and known to be."""
-        n, nu, axes = self.effective, self.degrees, self._axes
+        n, nu = self.effective, self.degrees
         scaled = residual * self._scale
-        beside = axes.others @ (shown := self._weighed.T @ scaled)[self.between_days :]
-        along = axes.turned.T @ (shown[: self.between_days] - axes.mixed.T @ beside)
-        wider = 1.0 + np.outer(factors**2, axes.powers)
-        chi = scaled @ scaled - beside @ beside - np.sum(np.outer(factors**2, along**2) / wider, axis=1)
+        taken, log_spreads = by_factors(self._gram, self._weighed.T @ scaled, self.between_days, factors)
+        chi = scaled @ scaled - taken
         constant = math.lgamma(0.5 * (nu + n)) - math.lgamma(0.5 * nu) - 0.5 * n * np.log(nu)
-        out: Column = (
-            constant - 0.5 * (nu + n) * np.log1p(np.maximum(chi, 0.0) / nu)
-            - axes.log_spread - 0.5 * np.sum(np.log(wider), axis=1)
-        )  # fmt: skip
+        out: Column = constant - 0.5 * (nu + n) * np.log1p(np.maximum(chi, 0.0) / nu) - self._log_lines - log_spreads
         return out
-
-    @cached_property
-    def _axes(self) -> "_Axes":
-        gram, days = self._gram, self.between_days
-        root = np.linalg.cholesky(gram[days:, days:] + np.eye(len(gram) - days))
-        others = np.linalg.inv(root)
-        mixed = others @ gram[days:, :days]
-        powers, turned = np.linalg.eigh(gram[:days, :days] - mixed.T @ mixed)
-        log_spread = float(np.sum(np.log(np.diag(root)))) + self._log_lines
-        return _Axes(others, mixed, turned, np.maximum(powers, 0.0), log_spread)
 
     def log_slopes(self, residual: Column) -> tuple[Column, Column]:
         """Derivatives of `log_density` by the logarithm of each pattern's size (m,) and of each line's variance (l,),
@@ -169,22 +155,6 @@ class Gaussian:
     def with_variance(self, more: Column) -> "Gaussian":
         """The same with more variance (l,) on each line."""
         return replace(self, variance=self.variance + more)
-
-
-@dataclass(frozen=True)
-class _Axes:
-    """The patterns that days differ in, turned to where they are independent of each other beside the others."""
-
-    others: Column
-    """(o, o) inverse root of 1 + O' V^-1 O, of the other patterns O."""
-    mixed: Column
-    """(o, d) what these share with those that days differ in."""
-    turned: Column
-    """(d, d) the axes, as columns."""
-    powers: Column
-    """(d,) along each axis, against the lines' variance."""
-    log_spread: float
-    """Half the log determinant of the covariance without what days differ in."""
 
 
 @cache
