@@ -1,7 +1,9 @@
 """The check of a whole run against the rig's envelope, before anything moves. The guard repeats it tick by tick."""
 
 import itertools
-from collections.abc import Iterable, Iterator
+import math
+import operator
+from collections.abc import Iterable, Iterator, Sequence
 from typing import Protocol
 
 from rig.errors import EnvelopeError
@@ -11,6 +13,8 @@ from rig.excite.setpoints import around
 NO_GAINS = "an angle to follow, without gains in closed_loop; `pamrig tune` finds some, `pamrig track` as well"
 ROUNDING_MPA = 1e-9
 """Set-points closer than this to a limit count as on it."""
+_SURELY_MPA = 1e-12
+"""So far within a limit no rounding of a set-point brings it beyond."""
 
 
 class Envelope(Protocol):
@@ -48,7 +52,20 @@ def check(plan: RunPlan, envelope: Envelope, period_ns: int) -> None:
 
     The settle phase starts wherever the pressures are, which only the loop knows: there the guard limits the slew.
     """
-    check_setpoints(plan.name, _setpoints(plan), (plan.p0_mpa, plan.p0_mpa), envelope, period_ns)
+    parts = _parts(plan)
+    if not _surely_inside(plan.p0_mpa, list(itertools.chain(*parts.values())), envelope, period_ns):
+        check_setpoints(plan.name, _setpoints(plan, parts), (plan.p0_mpa, plan.p0_mpa), envelope, period_ns)
+
+
+def _surely_inside(p0_mpa: float, dp_mpa: Sequence[float], envelope: Envelope, period_ns: int) -> bool:
+    """Whether differences from P0 on, one a tick, leave nothing to look at tick by tick: both set-points are as far
+    from P0 as half of each, and change by half of its change."""
+    if not math.isfinite(sum(dp_mpa)):
+        return False
+    (low, high), step = envelope.pressure_mpa, envelope.slew_mpa_s * period_ns * 1e-9
+    far = 0.5 * max(max(dp_mpa), -min(dp_mpa)) + _SURELY_MPA
+    changed = 0.5 * max(map(abs, map(operator.sub, dp_mpa, itertools.chain((0.0,), dp_mpa)))) + _SURELY_MPA
+    return low <= p0_mpa - far and p0_mpa + far <= high and changed <= step
 
 
 def check_angles(
@@ -96,13 +113,18 @@ def check_setpoints(
         before = now[0], now[1]
 
 
-def _setpoints(plan: RunPlan) -> Iterator[tuple[str, float, float]]:
-    """Part, p1, p2 of every tick from P0 through ramp in, sweep and ramp out back to P0."""
+def _parts(plan: RunPlan) -> dict[str, Sequence[float]]:
+    """dp of every tick from P0 through ramp in, sweep and ramp out back to P0, by the part of the run."""
     first, last = plan.dp_mpa[0], plan.dp_mpa[-1]
-    ramp_in: Iterable[float] = (first * tick / plan.ramp_in_ticks for tick in range(plan.ramp_in_ticks))
+    ramp_in: Sequence[float] = [first * tick / plan.ramp_in_ticks for tick in range(plan.ramp_in_ticks)]
     if plan.tracking is not None:
         ramp_in = plan.tracking.feedforward_mpa[: plan.ramp_in_ticks]
-    ramp_out = (last * (1 - (tick + 1) / plan.ramp_out_ticks) for tick in range(plan.ramp_out_ticks))
-    for part, dps in (("ramp in", ramp_in), ("sweep", plan.dp_mpa), ("ramp out", itertools.chain(ramp_out, (0.0,)))):
+    ramp_out = [last * (1 - (tick + 1) / plan.ramp_out_ticks) for tick in range(plan.ramp_out_ticks)]
+    return {"ramp in": ramp_in, "sweep": plan.dp_mpa, "ramp out": [*ramp_out, 0.0]}
+
+
+def _setpoints(plan: RunPlan, parts: dict[str, Sequence[float]]) -> Iterator[tuple[str, float, float]]:
+    """Part, p1, p2 of every tick."""
+    for part, dps in parts.items():
         for dp in dps:
             yield part, *around(plan.p0_mpa, dp)

@@ -13,7 +13,7 @@ from array import array
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
-from typing import Any, cast
+from typing import Any, TypeAlias, cast
 
 from rig.config import one_line, parse_yaml, read_text, shown, structure, suggest
 from rig.errors import ConfigError
@@ -48,6 +48,10 @@ MOST_TICKS = 20_000_000
 """Of all different waveforms of a sweep together: a day at 5 ms and some more, 160 MB."""
 MOST_NAME_BYTES = 200
 """Of a record: 255 are what a disk takes, and a file that is being written or was stopped adds to its name."""
+
+
+Waves: TypeAlias = "dict[tuple[Signal, int], array[float]]"
+"""Waveforms of dp (MPa) on one grid, by their signal and how many ticks they last."""
 
 
 @dataclass(frozen=True)
@@ -250,10 +254,11 @@ def _product(settings: object) -> Iterator[object]:
         yield dict(zip(settings, values, strict=True))
 
 
-def expand(sweep: Sweep, period_ns: int) -> list[RunPlan]:
+def expand(sweep: Sweep, period_ns: int, made: "Waves | None" = None) -> list[RunPlan]:
     """Every run of the sweep on a grid of `period_ns`, in order. ConfigError when the grid is too coarse for a signal.
 
-    Also when all its waveforms together would be more than MOST_TICKS, before one is made.
+    Also when all its waveforms together would be more than MOST_TICKS, before one is made. `made`: waveforms of other
+    sweeps on this grid, which need not be made again; it is added to.
     """
     lengths = {(entry.signal, _ticks(entry.timing.duration_s, period_ns, 1)) for entry in sweep.entries}
     total = sum(ticks for _, ticks in lengths)
@@ -264,11 +269,10 @@ def expand(sweep: Sweep, period_ns: int) -> list[RunPlan]:
         )
     for entry in sweep.entries:
         _check_grid(sweep.name, entry.signal, period_ns)
-    waves = {
-        (signal, ticks): sampled(signal, ticks, period_ns)  # repeats share theirs
-        for signal, ticks in lengths
-        if not isinstance(signal, Reference)
-    }
+    waves = {} if made is None else made
+    for signal, ticks in lengths:  # repeats share theirs
+        if not isinstance(signal, Reference) and (signal, ticks) not in waves:
+            waves[signal, ticks] = sampled(signal, ticks, period_ns)
     plans = [
         _plan(entry, p0, sweep, repeat, period_ns, waves)
         for repeat in range(1, sweep.repeats + 1)
@@ -307,7 +311,7 @@ def _plan(
     sweep: Sweep,
     repeat: int,
     period_ns: int,
-    waves: "Mapping[tuple[Signal, int], array[float]]",
+    waves: Waves,
 ) -> RunPlan:
     signal, timing = entry.signal, entry.timing
     ticks = _ticks(timing.duration_s, period_ns, 1)

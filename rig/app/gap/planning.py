@@ -13,7 +13,7 @@ from rig.app.shipped import find_config
 from rig.channels import FACT, PNEUMATIC, REST_MPA, Channels, said
 from rig.errors import ConfigError, EnvelopeError, RecordError
 from rig.excite.envelope import check_run
-from rig.excite.experiment import Entry, RunPlan, Sweep, expand, load_sweep
+from rig.excite.experiment import Entry, RunPlan, Sweep, Waves, expand, load_sweep
 from rig.gap.answer.result import Interval
 from rig.gap.answer.words.sizes import size
 from rig.gap.hypotheses.library import LIBRARY
@@ -178,8 +178,9 @@ def design_session(
 def _pool(known: Known, room: Room) -> list[Entry]:
     """The records to choose from: inside what the rig's YAML allows its set-points, and its joint as it is expected and
     simulated."""
-    pool = candidates(room, RECORD_S, known.rig.grid_ns)
-    expected = rehearse(known.rig, planned(pool, known.rig.grid_ns)) if pool else None
+    made: Waves = {}
+    pool = candidates(room, RECORD_S, known.rig.grid_ns, made)
+    expected = rehearse(known.rig, planned(pool, known.rig.grid_ns, made)) if pool else None
     return [] if expected is None else [pool[k] for k in within(expected, room.angle_deg, known.model)]
 
 

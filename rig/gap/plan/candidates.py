@@ -10,7 +10,7 @@ import yaml
 
 from rig.errors import EnvelopeError
 from rig.excite.envelope import check
-from rig.excite.experiment import Entry, RunPlan, Sweep, Timing, expand
+from rig.excite.experiment import Entry, RunPlan, Sweep, Timing, Waves, expand
 from rig.excite.signals import Chirp, Mixed, Multisine, Signal, Sine, Triangle
 from rig.excite.steps import Staircase
 from rig.gap.response.propagate import RecordContext
@@ -51,21 +51,22 @@ def room_within(contexts: Sequence[RecordContext], allowed: Room) -> Room:
     return replace(allowed, swing_mpa=min(swing, MOST_SWING_MPA), rests_mpa=tuple(rests))
 
 
-def candidates(room: Room, lengths_s: Sequence[float], grid_ns: int) -> list[Entry]:
+def candidates(room: Room, lengths_s: Sequence[float], grid_ns: int, made: "Waves | None" = None) -> list[Entry]:
     """Every record of the pool that stays inside the room on that grid, and at any period of a loop below it: a sine is
-    steeper between two rows than from row to row, by no more than where its steepest point lies on a row."""
+    steeper between two rows than from row to row, by no more than where its steepest point lies on a row. `made`: see
+    `expand`."""
     found: list[Entry] = []
     room = replace(room, slew_mpa_s=room.slew_mpa_s * float(np.sinc(2.0 * TOP_HZ * grid_ns * 1e-9)))
     for p0, length in itertools.product(room.rests_mpa, lengths_s):
         timing = Timing(settle_s=SETTLE_S, duration_s=length)
         entries = [Entry(signal, timing, (p0,)) for signal in _signals(_largest(room, p0), length)]
-        found.extend(entry for entry in entries if _fits(entry, room, grid_ns))
+        found.extend(entry for entry in entries if _fits(entry, room, grid_ns, made))
     return found
 
 
-def planned(entries: Sequence[Entry], grid_ns: int, name: str = "planned") -> list[RunPlan]:
-    """The records on the grid on which they are compared, one for each entry."""
-    return expand(Sweep(name, tuple(entries)), grid_ns)
+def planned(entries: Sequence[Entry], grid_ns: int, made: "Waves | None" = None) -> list[RunPlan]:
+    """The records on the grid on which they are compared, one for each entry. `made`: see `expand`."""
+    return expand(Sweep("planned", tuple(entries)), grid_ns, made)
 
 
 def lasts_s(entry: Entry) -> float:
@@ -115,11 +116,11 @@ def _signals(largest: float, length_s: float) -> Iterator[Signal]:
     yield Staircase(largest, 2, length_s / 10.0, 0.2)
 
 
-def _fits(entry: Entry, room: Room, grid_ns: int) -> bool:
+def _fits(entry: Entry, room: Room, grid_ns: int, made: "Waves | None") -> bool:
     if min(entry.p0_mpa[0] - room.pressure_mpa[0], room.pressure_mpa[1] - entry.p0_mpa[0]) <= 0.0:
         return False
     try:
-        check(planned([entry], grid_ns)[0], room, grid_ns)
+        check(planned([entry], grid_ns, made)[0], room, grid_ns)
     except EnvelopeError:
         return False
     return True

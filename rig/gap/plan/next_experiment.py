@@ -12,7 +12,7 @@ from itertools import combinations
 
 import numpy as np
 
-from rig.excite.experiment import Entry, RunPlan
+from rig.excite.experiment import Entry, RunPlan, Waves
 from rig.gap.evidence.posterior import Posterior
 from rig.gap.hypotheses.fit import Fit
 from rig.gap.hypotheses.law_errors import later_pattern, rough_lines
@@ -136,8 +136,9 @@ def next_experiment(
 @lru_cache(maxsize=4)
 def _pool(room: Room, grid_ns: int) -> tuple[tuple[Entry, ...], tuple[RunPlan, ...]]:
     """What could be recorded, and its plans: the same for every case of a rig."""
-    entries = candidates(room, LENGTHS_S, grid_ns)
-    return tuple(entries), tuple(planned(entries, grid_ns))
+    made: Waves = {}
+    entries = candidates(room, LENGTHS_S, grid_ns, made)
+    return tuple(entries), tuple(planned(entries, grid_ns, made))
 
 
 @dataclass(frozen=True)
