@@ -196,7 +196,8 @@ def pressure_parts(contexts: Sequence[RecordContext], p0_mpa: float, response: R
     """Both monitors against what the reference's regulators give under the commands; valve 1 of every record, then
     valve 2."""
     pairs = [context.pair for context in contexts]
-    lines = lines_of([len(p) for p in pairs] * 2, [p.dt_s for p in pairs] * 2, [p.used for p in pairs] * 2, TOP_HZ)
+    rows, dt_s, used = [len(p) for p in pairs], [p.dt_s for p in pairs], [p.used for p in pairs]
+    lines, of_a_valve = lines_of(rows * 2, dt_s * 2, used * 2, TOP_HZ), lines_of(rows, dt_s, used, TOP_HZ)
     expected = [context.reference.p1_mpa for context in contexts] + [context.reference.p2_mpa for context in contexts]
     monitors = [pair.case.p1_mpa for pair in pairs] + [pair.case.p2_mpa for pair in pairs]
     measured = [column for column in monitors if column is not None]
@@ -204,10 +205,10 @@ def pressure_parts(contexts: Sequence[RecordContext], p0_mpa: float, response: R
         regulator_terms(column, p0_mpa, pair.dt_s)[:, : len(VALVE_PATTERNS)]
         for column, pair in zip(expected, pairs * 2, strict=True)
     ]
-    first, second = np.concatenate(blocks[: len(pairs)]), np.concatenate(blocks[len(pairs) :])
+    first, second = (of_a_valve.of(np.concatenate(own)) for own in (blocks[: len(pairs)], blocks[len(pairs) :]))
     zero = np.zeros_like(first)
     alike = np.concatenate([_regulator_patterns(context, response, valve) for valve in (0, 1) for context in contexts])
-    columns = lines.of(np.hstack([np.vstack([first, zero]), np.vstack([zero, second]), alike]))
+    columns = np.hstack([np.vstack([first, zero]), np.vstack([zero, second]), lines.of(alike)])
     noise = [line_noise(pair.raw.p1_mpa, pair) for pair in pairs] + [
         line_noise(pair.raw.p2_mpa, pair) for pair in pairs
     ]
