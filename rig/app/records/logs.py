@@ -219,21 +219,25 @@ def exports(
     files: Sequence[Path], kind: str, out: Path | None, period_s: float | None
 ) -> Iterator[tuple[Path, LogContent]]:
     """Where each log goes, and what it holds: one in memory at a time. All are read once before the first is given, so
-    that a damaged one leaves no half of a folder behind; RecordError, RigError as for `contents_of` and
-    `export_targets`."""
+    that a damaged one leaves no half of a folder behind, nor one that stands already; RecordError, RigError as for
+    `contents_of`, `export_targets` and `check_free`."""
     names = [name for file in files for name, _ in contents_of(file, period_s)]
-    targets = iter(export_targets(names, kind, out))
+    check_free(places := export_targets(names, kind, out))
+    targets = iter(places)
     for file in files:
         for _, content in contents_of(file, period_s):
             yield next(targets), content
 
 
 def export_targets(log_files: list[Path], kind: str, out: Path | None) -> list[Path]:
-    """Where the exports of `log_files` go; RigError when the folder cannot be made, or the name of the one file says
-    another kind."""
+    """Where the exports of `log_files` go; RigError when the folder cannot be made, the name of the one file says
+    another kind, or two would be one file beside their logs."""
     names = [reader.stem(file) for file in log_files]
     if out is None:
-        return [file.with_name(name + SUFFIXES[kind]) for file, name in zip(log_files, names, strict=True)]
+        beside = [file.with_name(name + SUFFIXES[kind]) for file, name in zip(log_files, names, strict=True)]
+        if twice := next((place for place in beside if beside.count(place) > 1), None):
+            raise RecordError(f"{twice}: two records would be written there; -o FOLDER gives each a file of its own")
+        return beside
     if len(log_files) == 1 and not out.is_dir() and out.suffix:
         if not out.name.endswith(SUFFIXES[kind]):
             raise RecordError(f"-o {out}: a {kind} file ends in {SUFFIXES[kind]}; --to says which kind is written")

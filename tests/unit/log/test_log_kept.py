@@ -145,6 +145,18 @@ def test_a_damaged_log_among_others_leaves_nothing_half_exported(tmp_path: Path)
         next(exports(sorted(tmp_path.glob("*.mcap")), "csv", tmp_path / "out", None))
 
 
+def test_two_records_are_not_exported_onto_one_file_nor_onto_one_that_stands(tmp_path: Path) -> None:
+    one, other = (tmp_path / "run.mcap", tmp_path / "run.csv")
+    with pytest.raises(RecordError, match=r"run\.mat: two records would be written there; -o FOLDER gives each"):
+        export_targets([one, other], "mat", None)
+    assert [place.name for place in export_targets([one, other], "mat", tmp_path)] == ["run.mat", "run_2.mat"]
+    for name in ("a", "b"):
+        made_log(tmp_path / f"{name}.mcap", 50)
+    (tmp_path / "b.mat").touch()
+    with pytest.raises(RecordError, match=r"b\.mat: exists already"):
+        next(exports([tmp_path / "a.mcap", tmp_path / "b.mcap"], "mat", None, None))
+
+
 def test_a_line_of_unknown_level_stays_one(tmp_path: Path) -> None:
     content = replace(made_content(3), lines=(LogLine(1_790_000_000_000_000_000, "unknown", "of another program"),))
     write_content(content, tmp_path / "run.mcap")
