@@ -106,7 +106,7 @@ def _numbers(diagnosis: Mapping[str, Any], causes: Sequence[Any]) -> list[str]:
             said.append(f"{cause['effect']} may also be itself")
         if not 0.0 <= cause["confidence"] <= 1.0:
             said.append(f"{cause['effect']}: a confidence of {cause['confidence']:.3g}")
-        if diagnosis["confidence"] > SAME * cause["confidence"]:
+        if diagnosis.get("confidence", 0.0) > SAME * cause["confidence"]:
             said.append(f"{diagnosis['confidence']:.2f} as a whole, {cause['confidence']:.2f} for {cause['effect']}")
     if causes and diagnosis["where"].get("stage") != causes[0]["stage"]:
         said.append(f"it lies in {diagnosis['where'].get('stage')}, and the first cause in {causes[0]['stage']}")

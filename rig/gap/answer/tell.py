@@ -264,10 +264,16 @@ def closes_little(before: float, after: float, floor: float) -> bool:
 
 def _rest(kept: Sequence[Kept], before: float, left: float, floor: float) -> list[Cause]:
     """Something unknown that makes up the larger part of a gap, where the effects close less of it than they leave
-    (rms in deg)."""
-    if not (ABOVE_FLOOR * floor < left < before and closes_little(before, left, floor)):
+    (rms in deg), or where they close nothing of it and not even half of what one of them was found on."""
+    if not kept or left <= ABOVE_FLOOR * floor:
         return []
-    first = max(kept, key=lambda one: before - one.alone_deg)
+    enough = all(share_closed(one.posterior, one.fit) >= LEAST_EXPLAINED for one in kept)
+    if not closes_little(before, left, floor) or (left >= before and enough):
+        return []
+    if left < before:
+        first = max(kept, key=lambda one: before - one.alone_deg)
+    else:
+        first = min(kept, key=lambda one: share_closed(one.posterior, one.fit))
     stage, factor = EFFECT_STAGES[first.fit.applied.stage].lies_in, first.posterior.stand.name
     return [Cause(UNKNOWN, stage, factor, None, {}, before, before, 0.0, (first.fit.effect.name,), EITHER_CHANCE)]
 
