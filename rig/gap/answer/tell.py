@@ -267,13 +267,14 @@ def _rest(kept: Sequence[Kept], before: float, left: float, floor: float) -> lis
     (rms in deg), or where they close nothing of it and not even half of what one of them was found on."""
     if not kept or left <= ABOVE_FLOOR * floor:
         return []
-    enough = all(share_closed(one.posterior, one.fit) >= LEAST_EXPLAINED for one in kept)
-    if not closes_little(before, left, floor) or (left >= before and enough):
-        return []
     if left < before:
         first = max(kept, key=lambda one: before - one.alone_deg)
+        enough = not closes_little(before, left, floor)
     else:
-        first = min(kept, key=lambda one: share_closed(one.posterior, one.fit))
+        share, first = min(((share_closed(one.posterior, one.fit), one) for one in kept), key=lambda pair: pair[0])
+        enough = share >= LEAST_EXPLAINED
+    if enough:
+        return []
     stage, factor = EFFECT_STAGES[first.fit.applied.stage].lies_in, first.posterior.stand.name
     return [Cause(UNKNOWN, stage, factor, None, {}, before, before, 0.0, (first.fit.effect.name,), EITHER_CHANCE)]
 

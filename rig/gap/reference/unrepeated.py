@@ -15,6 +15,7 @@ import numpy as np
 from rig.gap.likelihood.lines import Lines, lines_of
 from rig.gap.records.periods import period_rows
 from rig.gap.reference.expectation import Parts
+from rig.gap.response.lateness import Lateness, delayed
 from rig.gap.response.propagate import RecordContext
 from rig.gap.settings import ENVELOPE_HZ, TOP_HZ
 from rig.record import Column
@@ -23,6 +24,8 @@ SETTLING = 1
 """First periods of a record that are left out, where two remain: the rig comes into its steady state."""
 FEWEST = 2
 """Periods that can be compared."""
+BESIDE = 2
+"""Rows before and after a period that a column is read from between its rows."""
 REACH = 2
 """Rows by which a multiple of a period may be off that is known from half as many."""
 WHOLE = 1e-3
@@ -126,21 +129,18 @@ def _periods(command: Column) -> tuple[Column, int]:
 
 
 def _cut(columns: Column, starts: Column, rows: int) -> Column:
-    """(p, rows, K) of columns (n, K) from each start on; between rows by cubic convolution (Keys, IEEE Trans. Acoust.
-    Speech Signal Process. 29, 1981): on straight lines a sine of twelve rows would be 3 % smaller there, and every
-    other period another one."""
-    at = np.minimum(starts[:, None] + np.arange(rows), len(columns) - 1.0)
-    before = np.minimum(at.astype(int), len(columns) - 2)
-    past = at - before
-    weights = (
-        0.5 * past * (past * (2.0 - past) - 1.0),
-        0.5 * past**2 * (3.0 * past - 5.0) + 1.0,
-        0.5 * past * (past * (4.0 - 3.0 * past) + 1.0),
-        0.5 * past**2 * (past - 1.0),
-    )
-    near = [np.clip(before + k, 0, len(columns) - 1) for k in (-1, 0, 1, 2)]
-    out: Column = np.sum([weight[:, :, None] * columns[row] for weight, row in zip(weights, near, strict=True)], axis=0)
-    return out
+    """(p, rows, K) of columns (n, K) from each start on, which lies between rows: on straight lines a sine of twelve
+    rows would be 3 % smaller there, and every other period another one."""
+    return np.array([_from(columns, float(start), rows) for start in starts])
+
+
+def _from(columns: Column, start: float, rows: int) -> Column:
+    """(rows, K) of columns (n, K) from a start on."""
+    whole = int(start)
+    before = min(whole, BESIDE)
+    near = np.ascontiguousarray(columns[whole - before : whole + rows + BESIDE].T)
+    sooner = Lateness(whole - start)
+    return np.column_stack([delayed(column, sooner, 1.0)[before : before + rows] for column in near])
 
 
 def _exact(command: Column, rows: int) -> float:
