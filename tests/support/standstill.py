@@ -15,6 +15,9 @@ from typing import Final, Protocol, Self
 STOOD_S: Final = 0.02
 """A sleep longer by this is one of the machine: who has slept waits 9 to 17 ms for a processor where five processes
 share two, and a driver waits 25 ms for the rest of a reply."""
+STOOD_SHARE: Final = 0.002
+"""Share of an attempt for which a standstill lasts at least where it may have been what failed it: whoever waits three
+minutes for what never comes meets one of 20 ms by chance on any busy machine, and would never be judged."""
 RERUNS: Final = 2
 """So often may a test be run again, whatever it failed by."""
 STANDSTILLS: Final = 6
@@ -108,8 +111,8 @@ class Standstills:
 
     @property
     def stood(self) -> bool:
-        """In this attempt."""
-        return self.longest_s > STOOD_S
+        """In this attempt, for long enough to have failed it."""
+        return self.longest_s > max(STOOD_S, STOOD_SHARE * (time.monotonic() - self._begun_s))
 
     def failed(self, attempts: int) -> bool:
         """After so many, all in vain: it is the test, since an attempt in which the machine stood still is none."""

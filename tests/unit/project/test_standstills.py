@@ -10,7 +10,7 @@ import time
 from pathlib import Path
 
 import pytest
-from support.standstill import PATIENCE_S, RERUNS, STANDSTILLS, STOOD_S, Standstills, Witness
+from support.standstill import PATIENCE_S, RERUNS, STANDSTILLS, STOOD_S, STOOD_SHARE, Standstills, Witness
 
 TESTS = Path(__file__).resolve().parents[2]
 INSIDE = """
@@ -95,7 +95,7 @@ def test_given_up_is_what_cannot_be_judged_and_nothing_else() -> None:
 
 def test_a_test_that_takes_long_is_given_up_sooner(monkeypatch: pytest.MonkeyPatch) -> None:
     witness = Seen()
-    witness.stood_s = 2 * STOOD_S
+    witness.stood_s = 4 * STOOD_SHARE * PATIENCE_S
     seen = Standstills(witness)
     assert not seen.given_up(1)
     later_s = time.monotonic() + 2 * PATIENCE_S
@@ -103,6 +103,17 @@ def test_a_test_that_takes_long_is_given_up_sooner(monkeypatch: pytest.MonkeyPat
     assert seen.given_up(1)
     witness.stood_s = 0.0
     assert not seen.given_up(1), "without a standstill the test is what took long"
+
+
+def test_a_standstill_that_is_short_beside_an_attempt_excuses_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    witness = Seen()
+    begun_s = time.monotonic()
+    seen = Standstills(witness)
+    monkeypatch.setattr(time, "monotonic", lambda: begun_s + 195.0)
+    witness.stood_s = 2 * STOOD_S
+    assert not seen.stood
+    witness.stood_s = 1.1 * STOOD_SHARE * 195.0
+    assert seen.stood
 
 
 def test_the_witness_sees_what_holds_itself_up_and_no_other() -> None:
