@@ -36,6 +36,11 @@ SHARES = 5
 """Points by which the distribution of laws' errors on another build is told. More: slower, its tail a little farther
 out."""
 
+REACHED = 0.5
+"""Share of the size asked for that an effect of a unit must have at least, and one over it at most: a supply that
+hardly sags however narrow its hose, or breaks down as soon as it does, says nothing of how a law fits one of that size.
+Less: laws count as rougher than they are."""
+
 
 @dataclass(frozen=True)
 class LawError:
@@ -60,7 +65,10 @@ def of_rig(number: int, case: Case, effects: Collection[str] = LIBRARY.keys()) -
         signed = sign if bench.family.laws[name].signed else 1
         asked = replace(case, kind=CaseKind.SINGLE, effects=(name,), signs=(signed,), wanted_ratios=(ratio,))
         with suppress(RigError):
-            pairing = pair_up(records_of(realise(asked, bench).records), [healthy], p0_mpa)
+            made = realise(asked, bench)
+            if not REACHED * ratio <= made.ratio_angle <= ratio / REACHED:
+                continue
+            pairing = pair_up(records_of(made.records), [healthy], p0_mpa)
             share = _left(LIBRARY[name], expect(Kind.SESSION, False, None, pairing), settings)
             found += [] if share is None else [LawError(case.family, name, share)]
     return found

@@ -13,6 +13,7 @@ import numpy as np
 
 from rig.gap.hypotheses.law_errors import with_law
 from rig.gap.hypotheses.library import Effect, Law
+from rig.gap.likelihood.gaussian import Gaussian
 from rig.gap.reference.expectation import Factor
 from rig.gap.response.propagate import (
     Applied,
@@ -153,6 +154,14 @@ class Fit:
     roughness: float = 0.0
     """Share of what it changes by which its law is likely wrong, by what it leaves: root mean square."""
 
+    @property
+    def fixed(self) -> dict[str, float]:
+        """The law's numbers that are not fitted."""
+        law = self.law
+        return {
+            name: value for name, value in self.applied.numbers.items() if name not in law.free and name not in law.tied
+        }
+
 
 def pressure_change(contexts: Sequence[RecordContext], response: ResponseModel) -> Change:
     """Both monitors, valve 1 of every record and then valve 2."""
@@ -187,10 +196,10 @@ def angle_change(
 def fit_effect(effect: Effect, scene: Scene, shows: Callable[[Law], bool], few: Scene | None = None) -> Fit | None:
     """The likeliest law of one effect; None where none acts on this factor or none gives a finite response."""
     found = [fit_law(effect, law, scene, few or scene) for law in effect.laws if shows(law)]
-    known = [one for one in found if one is not None]
+    known = sorted((one for one in found if one is not None), key=lambda one: one.log_evidence)
     if not known:
         return None
-    best = max(known, key=lambda one: one.log_evidence)
+    known[-1] = best = _as_rough(known[-1])
     total = float(np.logaddexp.reduce([one.log_evidence for one in known]))
     return replace(best, log_evidence=total - float(np.log(len(found))))
 
@@ -200,7 +209,7 @@ def fit_law(effect: Effect, law: Law, scene: Scene, few: Scene) -> Fit | None:
     first, whole = _Trial(law, few), _Trial(law, scene)
     best: tuple[float, Column, dict[str, float]] | None = None
     unit = scene.scales[law.scale]
-    for shape in law.shapes:
+    for shape in law.shapes_in(scene.scales):
         fixed = {name: value for name, value in shape.items() if name not in law.free}
         for size in (sign * size * unit for sign in law.signs for size in law.grid):
             if not first.low[0] <= size <= first.high[0]:
@@ -219,6 +228,21 @@ def fit_law(effect: Effect, law: Law, scene: Scene, few: Scene) -> Fit | None:
     if leaves_more_than_it_changes(whole.scene, whole.changed(fit.x, fixed)[1], whole.residual(fit.x, fixed)):
         return None
     return whole.judged(effect, fit.x, fixed, fit.jacobian, fit.cost)
+
+
+def _as_rough(fit: Fit) -> Fit:
+    """The law once more from where it stands, its numbers by what so rough a law leaves, where that is likelier: where
+    one record shows it far above the noise, the least squares of the noise alone let that record decide, and another
+    that shows it a little is left unexplained."""
+    trial, fixed = _Trial(fit.law, fit.scene), fit.fixed
+    factor, prior = fit.scene.factor, fit.scene.prior
+    rough = with_law(factor.healthy, factor.lines, factor.lines.of(fit.change), fit.roughness, prior)
+    found = descend(lambda x: trial.weighed(x, fixed, rough), fit.sizes, trial.low, trial.high, FIT_STEPS)
+    if not np.isfinite(found.cost):
+        return fit
+    here = descend(trial.weighing(fixed), found.x, trial.low, trial.high, 0)
+    again = trial.judged(fit.effect, found.x, fixed, here.jacobian, here.cost)
+    return max(fit, again, key=lambda one: one.log_evidence)
 
 
 def leaves_more_than_it_changes(scene: Scene, moved: Column, left: Column) -> bool:
@@ -262,11 +286,7 @@ def settled(scene: Scene) -> Scene:
 def refit(fit: Fit, scene: Scene) -> Applied:
     """The same law and shapes, fitted to another scene from where they stand."""
     trial = _Trial(fit.law, scene)
-    fixed = {
-        name: value
-        for name, value in fit.applied.numbers.items()
-        if name not in fit.law.free and name not in fit.law.tied
-    }
+    fixed = fit.fixed
     found = descend(lambda x: trial.weighed(x, fixed), fit.sizes, trial.low, trial.high, FIT_STEPS)
     return trial.applied(found.x if np.isfinite(found.cost) else fit.sizes, fixed)
 
@@ -304,9 +324,9 @@ class _Trial:
         out: Column = self._gap - self.changed(x, fixed)[1]
         return out
 
-    def weighed(self, x: Column, fixed: Mapping[str, float]) -> Column:
+    def weighed(self, x: Column, fixed: Mapping[str, float], by: Gaussian | None = None) -> Column:
         residual = self.residual(x, fixed)
-        healthy = self.scene.factor.healthy
+        healthy = by or self.scene.factor.healthy
         if not np.isfinite(residual).all():
             return np.full(len(residual) + healthy.patterns.shape[1], np.nan)
         return healthy.weigh(residual)

@@ -6,8 +6,8 @@ Adding an effect: a stage, a line here (docs/how-to/add_an_effect.md).
 """
 
 # ruff: noqa: E501 (one line a law reads best as a table)
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from math import inf
 from typing import Any
 
@@ -44,8 +44,16 @@ class Law:
     bounds: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     """Tighter bounds than the stage's: flexible forms are held to what they are meant for. Those of the size are in units of `scale`."""
 
+    counted: Mapping[str, str] = field(default_factory=dict)
+    """Other number of a shape -> the scale in which it counts."""
     like: str = ""
     """Effect whose laws' usual error this form has, where it acts as that one does; else its own effect's."""
+
+    def shapes_in(self, scales: Mapping[str, float]) -> Iterator[dict[str, float]]:
+        """Its shapes, each number in its own unit."""
+        for shape in self.shapes:
+            units = {name: scales[self.counted[name]] if name in self.counted else 1.0 for name in shape}
+            yield {name: value * units[name] for name, value in shape.items()}
 
     def range_of(self, name: str, scales: Mapping[str, float]) -> tuple[float, float]:
         """Bounds of a free number in its own unit, its stage's where there are no tighter ones."""
@@ -101,6 +109,14 @@ def _both(*more: Mapping[str, float]) -> tuple[Mapping[str, float], ...]:
     return ({"balance": 0.0}, *more)
 
 
+def _winding(law: Law) -> tuple[Law, Law]:
+    """A limit of a regulator that does not integrate, and of one that does."""
+    shapes = tuple({**shape, "integral_s": 0.7} for shape in law.shapes)
+    return law, replace(
+        law, free=(*law.free, "integral_s"), shapes=shapes, bounds={**law.bounds, "integral_s": (0.1, 10.0)}
+    )
+
+
 ONE_VALVE = ({"balance": 1.0}, {"balance": -1.0})
 HOLDS = tuple(0.012 * 1.28**k for k in range(18))
 """A hold is discontinuous in its width: a close grid, up to one that leaves a fifth of the swing."""
@@ -142,18 +158,18 @@ _LIBRARY: tuple[Effect, ...] = (
                          Law("valve_lag", ("tau_s",), (-0.1, -0.35, -0.7), "regulator_s", shapes=_both(), bounds={"tau_s": (-1.0, 0.0)})),
            "pressures follow more slowly, filling and exhausting alike", "late", "valve_lag"),
     Effect("valve_slew", (
-        Law("valve_slew", ("fill_mpa_s",), (0.95, 0.85, 0.7, 0.5, 0.3, 0.15), "rate_mpa_s", tied={"exhaust_mpa_s": "fill_mpa_s"}),
+        *_winding(Law("valve_slew", ("fill_mpa_s",), (0.95, 0.85, 0.7, 0.5, 0.3, 0.15), "rate_mpa_s", tied={"exhaust_mpa_s": "fill_mpa_s"})),
         Law("valve_slew", ("fill_mpa_s",), (0.95, 0.8, 0.6, 0.35), "rate_mpa_s", tied={"exhaust_mpa_s": "fill_mpa_s"}, shapes=ONE_VALVE),
-        Law("valve_slew", ("fill_mpa_s", "exhaust_mpa_s"), (3.0, 1.3, 0.9, 0.6, 0.35), "rate_mpa_s", shapes=CHOKED),
+        *_winding(Law("valve_slew", ("fill_mpa_s", "exhaust_mpa_s"), (3.0, 1.3, 0.9, 0.6, 0.35), "rate_mpa_s", shapes=CHOKED)),
         Law("valve_slew", ("fill_mpa_s", "exhaust_mpa_s"), (1.3, 0.8, 0.4), "rate_mpa_s", shapes=UNCHOKED),
     ), "fast changes of pressure become ramps, slow ones are untouched", "slew", "slew"),
     Effect("fill_exhaust_asymmetry", (
         Law("fill_exhaust_asymmetry", ("ratio",), (0.3, 0.5, 0.7, 0.85, 1.15, 1.5, 2.0, 3.0, 5.0), shapes=({"fill_share": 0.0},)),
         Law("fill_exhaust_asymmetry", ("ratio",), (0.15, 0.3, 0.5, 0.7, 0.85, 1.2, 2.0), shapes=({"fill_share": 1.0},)),
-        Law("valve_slew", ("exhaust_mpa_s",), (0.95, 0.85, 0.7, 0.5, 0.3), "rate_mpa_s"),
-        Law("valve_slew", ("fill_mpa_s",), (0.95, 0.85, 0.7, 0.5, 0.3), "rate_mpa_s"),
-        Law("valve_slew", ("exhaust_mpa_s",), (10.0, 4.0, 2.0, 1.0, 0.5), "rate_mpa_s", shapes=({"soft": 1.0},)),
-        Law("valve_slew", ("fill_mpa_s",), (10.0, 4.0, 2.0, 1.0, 0.5), "rate_mpa_s", shapes=({"soft": 1.0},)),
+        *_winding(Law("valve_slew", ("exhaust_mpa_s",), (0.95, 0.85, 0.7, 0.5, 0.3), "rate_mpa_s")),
+        *_winding(Law("valve_slew", ("fill_mpa_s",), (0.95, 0.85, 0.7, 0.5, 0.3), "rate_mpa_s")),
+        *_winding(Law("valve_slew", ("exhaust_mpa_s",), (10.0, 4.0, 2.0, 1.0, 0.5), "rate_mpa_s", shapes=({"soft": 1.0},))),
+        *_winding(Law("valve_slew", ("fill_mpa_s",), (10.0, 4.0, 2.0, 1.0, 0.5), "rate_mpa_s", shapes=({"soft": 1.0},))),
     ), "pressures late in one direction only, so their mean moves with speed", "one_way", "one_way"),
     Effect("valve_dead_band", (
         Law("valve_dead_band", ("width_mpa",), FAR, "swing_mpa", shapes=({"edge": 1.0},)),
@@ -161,14 +177,16 @@ _LIBRARY: tuple[Effect, ...] = (
         Law("valve_dead_band", ("width_mpa",), FAR, "swing_mpa", shapes=tuple({"edge": 1.0} | one for one in ONE_VALVE)),
     ), "pressures stand still at turning points and stay short of the set-point", "play", "dead_band"),
     Effect("pressure_ceiling", (
-        Law("pressure_ceiling", ("ceiling_mpa",), (0.99, 0.97, 0.94, 0.9, 0.85, 0.78, 0.7, 0.55, 0.4, 0.2), "top_mpa"),
-        Law("low_supply", ("supply_mpa",), (1.4, 1.25, 1.15, 1.08, 1.03, 1.0, 0.95, 0.9, 0.8, 0.7, 0.55, 0.4, 0.2), "top_mpa"),
+        *_winding(Law("pressure_ceiling", ("ceiling_mpa",), (0.99, 0.97, 0.94, 0.9, 0.85, 0.78, 0.7, 0.55, 0.4, 0.2), "top_mpa")),
+        *_winding(Law("low_supply", ("supply_mpa",), (1.4, 1.25, 1.15, 1.08, 1.03, 1.0, 0.95, 0.9, 0.8, 0.7, 0.55, 0.4, 0.2), "top_mpa")),
     ),
            "peaks of pressure cut off at one height", "cut", "ceiling"),
     Effect("supply_droop", (
-        Law("supply_droop", ("droop_s",), (0.03, 0.1, 0.3, 0.9), shapes=tuple({"refill_s": refill} for refill in (0.0, 0.05, 0.15, 0.5))),
-        Law("supply_droop", ("droop_s", "supply_mpa"), (0.15, 0.5, 1.5), shapes=({"supply_mpa": 0.35}, {"supply_mpa": 0.42}, {"supply_mpa": 0.5}),
-            bounds={"droop_s": (0.1, 2.0)}),
+        *_winding(Law("supply_droop", ("droop_s",), (0.03, 0.1, 0.3, 0.9), shapes=tuple({"refill_s": refill} for refill in (0.0, 0.05, 0.15, 0.5)))),
+        *_winding(Law("supply_droop", ("droop_s", "supply_mpa"), (0.1, 0.3, 0.9), shapes=({"supply_mpa": 1.02}, {"supply_mpa": 1.15}, {"supply_mpa": 1.4}),
+                      counted={"supply_mpa": "top_mpa"}, bounds={"droop_s": (0.03, 2.0)})),
+        *_winding(Law("clogged_line", ("fill_mpa_s",), (10.0, 4.0, 2.0, 1.0, 0.5), "rate_mpa_s")),
+        *_winding(Law("emptied_receiver", ("capacity_mpa_s", "fall"), (0.95, 0.85, 0.7, 0.5), "filling_mpa_s", shapes=({"fall": 0.3}, {"fall": 1.0}, {"fall": 3.0}))),
         Law("fill_exhaust_asymmetry", ("ratio",), (0.15, 0.3, 0.5, 0.7, 0.85), shapes=({"fill_share": 0.0}, {"fill_share": 1.0}),
             bounds={"ratio": (0.02, 1.0)}),
     ), "filling falls behind, exhausting does not", "one_way", "one_way"),

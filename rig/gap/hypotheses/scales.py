@@ -27,4 +27,11 @@ def law_scales(contexts: Sequence[RecordContext], regulator_s: float) -> dict[st
         "swing_mpa": top - bottom,
         "rate_mpa_s": float(np.quantile(np.abs(rates), 0.998)) + 1e-9,
         "regulator_s": regulator_s,
+        "filling_mpa_s": max(_filling_mpa_s(context) for context in contexts),
     }
+
+
+def _filling_mpa_s(context: RecordContext) -> float:
+    """What both muscles are filled with in a record, over its length."""
+    filled = sum(float(np.maximum(np.diff(column), 0.0).sum()) for column in context.regulated)
+    return filled / (len(context.regulated[0]) * context.pair.dt_s) + 1e-9

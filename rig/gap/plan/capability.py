@@ -137,7 +137,7 @@ def _size_at(stand: Stand, direction: Direction, separation: float) -> float | N
     sign = float(np.sign(direction.size)) if law.signs != (1.0,) else 1.0
     sizes, far = [], []
     for size in ladder(law, sign, stand):
-        change = sized(law, dict(law.shapes[0]), size, stand)
+        change = sized(law, next(law.shapes_in(stand.scene.scales)), size, stand)
         if change is not None:
             sizes.append(size)
             far.append(_distance(stand, change))

@@ -66,7 +66,7 @@ def usual_sizes(effects: Sequence[Effect], stand: Stand, share: float) -> list[S
         laws = [law for law in effect.laws if stand.shows(law)]
         choices = sum(len(law.signs) * len(law.shapes) for law in laws)
         for law in laws:
-            for shape in law.shapes:
+            for shape in law.shapes_in(stand.scene.scales):
                 for sign in law.signs:
                     best = _nearest(law, shape, sign, stand, share)
                     if best is not None:

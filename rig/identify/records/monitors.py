@@ -70,8 +70,11 @@ def unheard(record: Record, name: str) -> str | None:
         return None
     if np.ptp(column[known]) < STILL_MPA:
         return "does not move"
-    heard = any(follows(record, column, command) for command in (record.dp_cmd_mpa, set_point))
-    return None if heard else "does not follow its command"
+    if any(follows(record, column, command) for command in (record.dp_cmd_mpa, set_point)):
+        return None
+    if record.angle_deg is not None and follows(record, record.angle_deg, column):
+        return None  # the pressure itself does not: the joint answers to what the monitor reads
+    return "does not follow its command"
 
 
 def follows(record: Record, column: Column, command: Column) -> bool:

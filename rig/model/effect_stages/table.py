@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Final
 
-from rig.model.effect_stages import joint, muscle, sensor, timing, valve
+from rig.model.effect_stages import joint, limits, muscle, sensor, timing, valve
 from rig.model.equations.joint_balance import LOOP_RADII_DEG, STATE_SIZE
 from rig.model.slots import Slot, StageFunction
 
@@ -87,6 +87,9 @@ _LOSS = (
 """What a leak ahead of the monitor and one behind it share."""
 _P0 = _P("p0_mpa", "MPa", 0.02, 0.6, 0.2, "mean pressure at which the size holds", "the rig's")
 _TAU0 = _P("tau0_s", "s", 0.0, 1.0, 0.0, "time constant of the nominal regulator", "the valves'; 0 if they have none")
+_INTEGRAL = _P(
+    "integral_s", "s", 0.0, 10.0, 0.0, "integral time of regulators that go on when a limit is over; 0: they do not"
+)
 _BALANCED = (
     _P(
         "width_deg",
@@ -187,14 +190,15 @@ OWN_STAGES: dict[str, EffectStage] = {
     "valve_slew": _entry(
         "valve_slew",
         "valve",
-        valve.valve_slew,
-        5,
-        _P("fill_mpa_s", "MPa/s", 0.01, valve.UNLIMITED_MPA_S, valve.UNLIMITED_MPA_S, "limit while filling"),
-        _P("exhaust_mpa_s", "MPa/s", 0.01, valve.UNLIMITED_MPA_S, valve.UNLIMITED_MPA_S, "limit while exhausting"),
+        limits.valve_slew,
+        limits.MORE,
+        _P("fill_mpa_s", "MPa/s", 0.01, limits.UNLIMITED_MPA_S, limits.UNLIMITED_MPA_S, "limit while filling"),
+        _P("exhaust_mpa_s", "MPa/s", 0.01, limits.UNLIMITED_MPA_S, limits.UNLIMITED_MPA_S, "limit while exhausting"),
         _BALANCE,
         _TAU0,
         _P("choked", "1", 0.0, 1.0, 0.0, "1: exhausting slows down as the pressure falls, as through an orifice"),
         _P("soft", "1", 0.0, 1.0, 0.0, "1: a resistance in series, that takes half of the flow at the limit"),
+        _INTEGRAL,
     ),
     "fill_exhaust_asymmetry": _entry(
         "fill_exhaust_asymmetry",
@@ -226,24 +230,26 @@ OWN_STAGES: dict[str, EffectStage] = {
     "pressure_ceiling": _entry(
         "pressure_ceiling",
         "valve",
-        valve.pressure_ceiling,
-        5,
+        limits.pressure_ceiling,
+        limits.MORE,
         _P("ceiling_mpa", "MPa", 0.02, 2.0, 2.0, "highest pressure"),
         _TAU0,
+        _INTEGRAL,
     ),
     "low_supply": _entry(
         "pressure_ceiling",
         "valve",
-        valve.low_supply,
-        5,
+        limits.low_supply,
+        limits.MORE,
         _P("supply_mpa", "MPa", 0.02, 2.0, 2.0, "pressure of the main"),
         _TAU0,
+        _INTEGRAL,
     ),
     "supply_droop": _entry(
         "supply_droop",
         "valve",
-        valve.supply_droop,
-        8,
+        limits.supply_droop,
+        limits.MORE + 3,
         _P("droop_s", "s", 0.0, 2.0, 0.0, "sag in MPa for each MPa/s of filling"),
         _P("supply_mpa", "MPa", 0.0, 2.0, 0.0, "pressure of the supply without flow; 0: sags at every pressure"),
         _TAU0,
@@ -255,6 +261,47 @@ OWN_STAGES: dict[str, EffectStage] = {
             0.0,
             "time constant in which a tank ahead of the regulators is refilled; 0: no tank",
         ),
+        _INTEGRAL,
+    ),
+    "clogged_line": _entry(
+        "supply_droop",
+        "valve",
+        limits.clogged_line,
+        limits.MORE + 2,
+        _P(
+            "fill_mpa_s",
+            "MPa/s",
+            0.01,
+            limits.UNLIMITED_MPA_S,
+            limits.UNLIMITED_MPA_S,
+            "filling of both muscles at which the line takes half of the flow",
+        ),
+        _TAU0,
+        _INTEGRAL,
+    ),
+    "emptied_receiver": _entry(
+        "supply_droop",
+        "valve",
+        limits.emptied_receiver,
+        limits.MORE + 1,
+        _P(
+            "capacity_mpa_s",
+            "MPa/s",
+            1e-3,
+            limits.UNLIMITED_MPA_S,
+            limits.UNLIMITED_MPA_S,
+            "filling of both muscles that the supply keeps up with",
+        ),
+        _P(
+            "fall",
+            "1",
+            0.0,
+            20.0,
+            1.0,
+            "fall of the receiver's pressure by what both muscles are filled with beyond that",
+        ),
+        _TAU0,
+        _INTEGRAL,
     ),
     "co_contraction": _entry(
         "co_contraction",

@@ -79,6 +79,8 @@ def sized(key: str) -> dict[str, float]:
         "valve_slew": 0.2,
         "fill_exhaust_asymmetry": 3.0,
         "supply_droop": 0.05,
+        "clogged_line": 0.5,
+        "emptied_receiver": 0.2,
         "clock_drift": -0.004,  # a fast one reads ahead, as far as its block goes
     }
     return (
@@ -213,6 +215,51 @@ def test_a_tank_that_sags_to_the_muscles_pressure_fills_no_more() -> None:
     filled = steps("supply_droop", {"droop_s": 2.0, "refill_s": 5.0}, asked)
     assert filled[30] < asked[30] - 0.05
     assert max(filled) < 0.45
+
+
+def test_a_line_that_both_fill_through_takes_half_of_the_flow_at_the_limit_of_both() -> None:
+    fast = rising(0.1, 0.3)
+    one = (fast[1] - fast[0]) / DT
+    slowed = steps("clogged_line", {"fill_mpa_s": one}, fast)  # both muscles are filled, the second from its first step
+    assert slowed[1] - slowed[0] == pytest.approx(0.5 * (fast[1] - fast[0]), rel=0.03)
+    alone = steps("valve_slew", {"fill_mpa_s": one, "soft": 1.0}, fast)
+    assert slowed[20] < alone[20] - 1e-3, "the other muscle's filling counts"
+    emptied = rising(0.3, 0.1)
+    np.testing.assert_allclose(steps("clogged_line", {"fill_mpa_s": one}, emptied), emptied)
+
+
+def test_a_receiver_empties_where_more_is_taken_than_its_supply_delivers_and_fills_up_again() -> None:
+    wave = [0.2 + 0.06 * np.sin(2 * np.pi * 0.5 * DT * k) for k in range(4000)]
+    rest = [wave[-1]] * 2000
+    taken = 2 * 2 * 0.12 * 0.5 / 2  # both muscles, MPa/s: the stroke at each of 0.5 periods a second
+    enough = steps("emptied_receiver", {"capacity_mpa_s": 4.0 * taken, "fall": 3.0}, wave)
+    np.testing.assert_allclose(enough, wave, atol=2e-4)
+    short = np.array(steps("emptied_receiver", {"capacity_mpa_s": 0.5 * taken, "fall": 3.0}, wave + rest))
+    behind = np.array(wave) - short[:4000]
+    assert np.max(np.abs(behind[:200])) < 0.2 * np.max(behind[-800:]), "it takes a while to empty"
+    assert np.max(behind[-800:]) > 0.005
+    assert short[-1] == pytest.approx(wave[-1], abs=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("key", "numbers"),
+    [
+        ("pressure_ceiling", {"ceiling_mpa": 0.25}),
+        ("low_supply", {"supply_mpa": 0.25}),
+        ("valve_slew", {"fill_mpa_s": 0.2, "exhaust_mpa_s": 0.2}),
+        ("supply_droop", {"droop_s": 0.5, "supply_mpa": 0.26}),
+        ("clogged_line", {"fill_mpa_s": 0.1}),
+        ("emptied_receiver", {"capacity_mpa_s": 0.05, "fall": 5.0}),
+    ],
+)
+def test_a_regulator_that_integrates_goes_on_after_the_limit_and_comes_back(
+    key: str, numbers: dict[str, float]
+) -> None:
+    asked = [*rising(0.1, 0.3), *rising(0.3, 0.15), *([0.15] * 2000)]
+    plain, winding = (np.array(steps(key, numbers | {"integral_s": s}, asked)) for s in (0.0, 0.5))
+    assert np.max(winding[200:400] - plain[200:400]) > 2e-3, "late on the way down"
+    assert winding[-1] == pytest.approx(asked[-1], abs=1e-3)
+    assert plain[-1] == pytest.approx(asked[-1], abs=1e-3)
 
 
 @pytest.mark.parametrize(
