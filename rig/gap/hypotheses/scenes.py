@@ -7,14 +7,14 @@ from functools import cached_property, partial
 import numpy as np
 
 from rig.gap.hypotheses.fit import Scene, angle_change, pressure_change, settled
-from rig.gap.hypotheses.law_errors import with_law
+from rig.gap.hypotheses.law_errors import rough_lines, with_law
 from rig.gap.hypotheses.library import Law
 from rig.gap.hypotheses.retuned import unsure_regulators
 from rig.gap.hypotheses.scales import law_scales
 from rig.gap.likelihood.lines import Lines
 from rig.gap.reference.build import Expected, Kind
 from rig.gap.reference.expectation import VISCOUS, Factor, Parts, angle_parts, mean_doubt, motion_doubt, pressure_parts
-from rig.gap.reference.fast import doubt
+from rig.gap.reference.fast import doubt, known_by_hz
 from rig.gap.reference.own_days import angle_days, own_factor, pressure_days
 from rig.gap.reference.unrepeated import shown_by, with_unrepeated
 from rig.gap.response.lateness import displaced
@@ -148,12 +148,23 @@ def _answering_other_pressures(factor: Factor, expected: Expected, prior: Prior)
     moved = np.concatenate(list(expected.base)) - np.concatenate(usual)
     rho = max(expected.response.misfit_deg, expected.missed_deg) / max(float(np.std(np.concatenate(usual))), 1e-9)
     healthy = with_law(factor.healthy, factor.lines, factor.lines.of(moved), rho, prior)
+    faster = beyond_known(factor.lines, contexts)
+    healthy = healthy.with_variance(rough_lines(factor.lines, factor.lines.of(moved), rho * faster, prior))
     later_s = np.array([
         displaced(angle, context.reference.angle_deg, context.pair.dt_s).rms_s(len(angle) * context.pair.dt_s)
         for context, angle in zip(contexts, expected.base, strict=True)
     ])  # fmt: skip
     missed = np.concatenate([context.reference.angle_deg - context.propagated for context in contexts])
     return replace(factor, healthy=healthy.with_variance(at_another_time(factor.lines, missed, later_s)))
+
+
+def beyond_known(lines: Lines, contexts: Sequence[RecordContext]) -> Column:
+    """(l,) by how many times a description is rougher in what it says of each line than where it is known, as far as
+    its rig was excited: by the square of how many times faster the line is, as what a time constant that it lacks does
+    is (1 - (2 pi f tau)^2); nothing more up to there."""
+    known = known_by_hz((context.pair.u1_mpa - context.pair.u2_mpa, context.pair.dt_s) for context in contexts)
+    out: Column = np.maximum(lines.frequency_hz / known, 1.0) ** 2 - 1.0
+    return out
 
 
 def at_another_time(lines: Lines, column: Column, later_s: Column) -> Column:
