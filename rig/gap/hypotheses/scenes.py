@@ -148,8 +148,9 @@ def _answering_other_pressures(factor: Factor, expected: Expected, prior: Prior)
     moved = np.concatenate(list(expected.base)) - np.concatenate(usual)
     rho = max(expected.response.misfit_deg, expected.missed_deg) / max(float(np.std(np.concatenate(usual))), 1e-9)
     healthy = with_law(factor.healthy, factor.lines, factor.lines.of(moved), rho, prior)
-    faster = beyond_known(factor.lines, contexts)
-    healthy = healthy.with_variance(rough_lines(factor.lines, factor.lines.of(moved), rho * faster, prior))
+    commands = [(context.pair.u1_mpa - context.pair.u2_mpa, context.pair.dt_s) for context in contexts]
+    rougher = rougher_beyond(factor.lines, min(expected.known_hz, known_by_hz(commands)))
+    healthy = healthy.with_variance(rough_lines(factor.lines, factor.lines.of(moved), rho * rougher, prior))
     later_s = np.array([
         displaced(angle, context.reference.angle_deg, context.pair.dt_s).rms_s(len(angle) * context.pair.dt_s)
         for context, angle in zip(contexts, expected.base, strict=True)
@@ -158,11 +159,10 @@ def _answering_other_pressures(factor: Factor, expected: Expected, prior: Prior)
     return replace(factor, healthy=healthy.with_variance(at_another_time(factor.lines, missed, later_s)))
 
 
-def beyond_known(lines: Lines, contexts: Sequence[RecordContext]) -> Column:
-    """(l,) by how many times a description is rougher in what it says of each line than where it is known, as far as
-    its rig was excited: by the square of how many times faster the line is, as what a time constant that it lacks does
-    is (1 - (2 pi f tau)^2); nothing more up to there."""
-    known = known_by_hz((context.pair.u1_mpa - context.pair.u2_mpa, context.pair.dt_s) for context in contexts)
+def rougher_beyond(lines: Lines, known: float) -> Column:
+    """(l,) by how many times the usual a description is rougher still in each line, since its rig was excited up to
+    `known` (Hz) only: it grows with the square of how many times faster the line is, as what a time constant does that
+    the description lacks, (2 pi f tau)^2; up to there nothing."""
     out: Column = np.maximum(lines.frequency_hz / known, 1.0) ** 2 - 1.0
     return out
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from rig.identify.records.monitors import FOLLOWED_S, LONGEST_LAG_S, correlation, correlations, dead_monitor
+from rig.identify.records.monitors import FOLLOWED_S, LONGEST_LAG_S, correlation, correlations, dead_monitor, unheard
 from rig.record import Column, Record
 
 T_S = np.arange(0.0, 8.0, FOLLOWED_S)
@@ -73,3 +73,16 @@ def test_a_record_with_a_wrong_time_is_left_to_who_says_so() -> None:
     late_s = np.where(np.arange(len(T_S)) < 400, T_S, T_S + 1.5e7)
     command = 0.2 * np.sin(2.0 * T_S)
     assert dead_monitor(Record("one", late_s, command, None, 0.2 + command / 2, 0.2 - command / 2)) is None
+
+
+@pytest.mark.parametrize("name", ["p1", "p2"])
+def test_a_monitor_is_heard_whose_pressure_follows_nothing_and_whose_joint_follows_it(name: str) -> None:
+    """A supply that breaks down: the pressure wanders, and the joint with it."""
+    wanders = np.cumsum(np.random.default_rng(6).standard_normal(len(T_S)))
+    wanders *= 0.02 / np.std(wanders)
+    record = pressures(0.1)
+    pull = {"p1": 1.0, "p2": -1.0}[name]
+    lost = replace(record, **{f"{name}_mpa": 0.2 + wanders})
+    assert unheard(lost, name) == "does not follow its command"
+    assert unheard(replace(lost, angle_deg=30.0 * record.dp_cmd_mpa), name) == "does not follow its command"
+    assert unheard(replace(lost, angle_deg=pull * 300.0 * wanders), name) is None

@@ -48,6 +48,22 @@ def test_a_supply_that_sags_without_a_tank_is_found_with_its_size() -> None:
         assert cause.parameters["droop_s"].value == pytest.approx(0.1, rel=0.1)
 
 
+@pytest.mark.parametrize("integral_s", [0.0, 0.8])
+def test_a_receiver_that_empties_is_found_with_what_its_supply_delivers(integral_s: float) -> None:
+    numbers = {"capacity_mpa_s": 0.15, "fall": 3.0, "integral_s": integral_s}
+    cause = asked(session(40, AddedEffect("emptied_receiver", numbers))).causes[0]
+    assert cause.effect == "supply_droop"
+    assert cause.confidence > 0.9
+    assert cause.parameters["capacity_mpa_s"].value == pytest.approx(0.15, rel=0.1)
+
+
+def test_a_ceiling_of_regulators_that_integrate_is_found_with_both() -> None:
+    cause = asked(session(40, AddedEffect("pressure_ceiling", {"ceiling_mpa": 0.25, "integral_s": 0.8}))).causes[0]
+    assert cause.effect == "pressure_ceiling"
+    assert cause.parameters["ceiling_mpa"].value == pytest.approx(0.25, rel=0.02)
+    assert cause.parameters["integral_s"].value == pytest.approx(0.8, rel=0.2)
+
+
 def test_a_law_that_acts_like_another_effect_is_as_rough_as_that() -> None:
     prior = Prior(laws={"viscous_friction": 0.3, "sensor_lag": 0.02})
     effect = LIBRARY["viscous_friction"]

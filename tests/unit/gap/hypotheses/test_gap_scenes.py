@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rig.gap.hypotheses.scenes import at_another_time
+from rig.gap.hypotheses.scenes import at_another_time, rougher_beyond
 from rig.gap.likelihood.lines import lines_of
 
 ROWS, DT_S = 2000, 0.01
@@ -31,3 +31,11 @@ def test_what_is_far_away_in_time_is_twice_as_much_and_no_more() -> None:
 
 def test_at_the_same_time_nothing_is_left() -> None:
     assert float(at_another_time(LINES, np.cos(TIME_S), np.zeros(1)).sum()) == 0.0
+
+
+@pytest.mark.parametrize("known_hz", [0.8, 2.0])
+def test_a_description_is_rougher_beyond_what_its_rig_was_excited_at_and_nowhere_else(known_hz: float) -> None:
+    rougher = rougher_beyond(LINES, known_hz)
+    assert not rougher[LINES.frequency_hz <= known_hz].any()
+    far = LINES.frequency_hz > known_hz
+    assert rougher[far] == pytest.approx((LINES.frequency_hz[far] / known_hz) ** 2 - 1.0)
