@@ -7,7 +7,7 @@ from functools import cached_property, partial
 import numpy as np
 
 from rig.gap.hypotheses.fit import Scene, angle_change, pressure_change, settled
-from rig.gap.hypotheses.law_errors import rough_lines, with_law
+from rig.gap.hypotheses.law_errors import with_law
 from rig.gap.hypotheses.library import Law
 from rig.gap.hypotheses.retuned import unsure_regulators
 from rig.gap.hypotheses.scales import law_scales
@@ -150,7 +150,8 @@ def _answering_other_pressures(factor: Factor, expected: Expected, prior: Prior)
     healthy = with_law(factor.healthy, factor.lines, factor.lines.of(moved), rho, prior)
     commands = [(context.pair.u1_mpa - context.pair.u2_mpa, context.pair.dt_s) for context in contexts]
     rougher = rougher_beyond(factor.lines, min(expected.known_hz, known_by_hz(commands)))
-    healthy = healthy.with_variance(rough_lines(factor.lines, factor.lines.of(moved), rho * rougher, prior))
+    power = moving_power(factor.lines, factor.lines.of(moved))
+    healthy = healthy.with_variance((prior.rho_lines * rho * rougher) ** 2 * power)
     later_s = np.array([
         displaced(angle, context.reference.angle_deg, context.pair.dt_s).rms_s(len(angle) * context.pair.dt_s)
         for context, angle in zip(contexts, expected.base, strict=True)
@@ -164,6 +165,13 @@ def rougher_beyond(lines: Lines, known: float) -> Column:
     `known` (Hz) only: it grows with the square of how many times faster the line is, as what a time constant does that
     the description lacks, (2 pi f tau)^2; up to there nothing."""
     out: Column = np.maximum(lines.frequency_hz / known, 1.0) ** 2 - 1.0
+    return out
+
+
+def moving_power(lines: Lines, column: Column) -> Column:
+    """(l,) envelope of what of a column (l,) is no constant, near its own lines alone: a shift of both pressures says
+    nothing of 5 Hz."""
+    out: Column = lines.envelope(np.where(lines.frequency_hz > 0.0, column, 0.0), ENVELOPE_HZ, 0.0)
     return out
 
 
