@@ -84,9 +84,23 @@ def _ceiling(numbers: Numbers) -> str:
 
 
 def _supply_droop(numbers: Numbers) -> str:
+    if "capacity_mpa_s" in numbers:
+        return f"The supply keeps up with no more than {size(numbers['capacity_mpa_s'])} of filling: with more its receiver empties, and the muscles fill late"
+    if "fill_mpa_s" in numbers:
+        return f"The line ahead of both regulators is narrow: it takes half of the flow where the muscles should fill by {size(numbers['fill_mpa_s'])}"
     if "droop_s" in numbers:
         return f"The supply sags while the muscles fill, by {value(numbers, 'droop_s'):.2g} MPa for each MPa/s"
     return f"The supply sags while the muscles fill: filling takes {_times(numbers['ratio'])} as long as emptying"
+
+
+def _and_after(says: Say) -> Say:
+    """A limit's sentence, with what regulators that integrate do once it is over."""
+
+    def said(numbers: Numbers) -> str:
+        late = value(numbers, "integral_s") > 0.0
+        return says(numbers) + ("; afterwards they come back late, since the regulators integrate" if late else "")
+
+    return said
 
 
 def _leak(numbers: Numbers) -> str:
@@ -166,15 +180,15 @@ ON_THE_RIG: Mapping[str, OnTheRig] = {
         "the regulator's zero; the zero of the analogue output or of the monitor", "both monitors with the air vented: they should read 0"),
     "valve_lag": OnTheRig("slower or quicker regulators", lambda n: f"{_valves(n, 'The regulators answer', 'Regulator {} answers')} {size(n['tau_s'])} {_more(n, 'tau_s', 'later', 'sooner')} {{than}}",
         "later: a low supply pressure, long or thin hoses, larger muscles, a clogged filter or silencer; sooner: a higher supply pressure, shorter or wider hoses, a filter or silencer that was cleaned", "the supply while the rig moves; hoses, filters and silencers; a step of the set-point"),
-    "valve_slew": OnTheRig("a limited flow", _valve_slew,
+    "valve_slew": OnTheRig("a limited flow", _and_after(_valve_slew),
         "too small a valve, nozzle or hose; a throttle; a low supply", "throttles, nozzles and silencers; a large step of the set-point"),
-    "fill_exhaust_asymmetry": OnTheRig("filling and emptying at different speeds", _one_way,
+    "fill_exhaust_asymmetry": OnTheRig("filling and emptying at different speeds", _and_after(_one_way),
         "a clogged silencer or throttle on one way; the supply close to the pressure asked for", "the exhaust's silencer; the supply pressure; a step up and a step down"),
     "valve_dead_band": OnTheRig("a dead band of the valves", lambda n: f"{_valves(n, 'The regulators do', 'Regulator {} does')} not react while the set-point changes by less than {size(n['width_mpa'])}",
         "dry friction of the spool; a dead band set in the regulator", "the regulator's settings; a slow ramp of the set-point"),
-    "pressure_ceiling": OnTheRig("a ceiling of the pressure", _ceiling,
+    "pressure_ceiling": OnTheRig("a ceiling of the pressure", _and_after(_ceiling),
         "the supply is lower than what is asked for; a limit set in the regulator or the output", "the supply's gauge; the regulator's range"),
-    "supply_droop": OnTheRig("a supply that sags", _supply_droop,
+    "supply_droop": OnTheRig("a supply that sags", _and_after(_supply_droop),
         "a small compressor or tank; a thin or long supply line; others on the same line", "the supply's gauge while the rig moves fast"),
     "co_contraction": OnTheRig("another rest pressure", lambda n: f"Both muscles rest at a pressure {size(n['shift_mpa'])} {_more(n, 'shift_mpa', 'higher', 'lower')} {{than}}",
         "another P0 was set; both zeros are off alike", "the set P0; both monitors with the air vented"),
