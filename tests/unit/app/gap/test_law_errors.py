@@ -102,11 +102,11 @@ def test_a_gain_of_the_sensor_is_nearly_exact() -> None:
     ("family", "number", "effect", "most"),
     [
         # a resonance is found within a tenth of its frequency only: on a grid of doubled times it was passed over
-        ("mckibben", 1, "inertia", 0.45),
+        ("mckibben", 2, "inertia", 0.45),
         # a filter in series takes the more of the flow the larger it is: no time constant does that
         ("fluidic", 2, "fill_exhaust_asymmetry", 0.45),
         # a tank that is nearly empty fills nothing, however large the orifice
-        ("mckibben", 1, "supply_droop", 0.3),
+        ("mckibben", 2, "supply_droop", 0.3),
     ],
 )
 def test_a_law_follows_what_a_plant_does(family: str, number: int, effect: str, most: float) -> None:
