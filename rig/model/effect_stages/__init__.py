@@ -9,7 +9,8 @@ from typing import Any, Final
 
 from rig import plugins
 from rig.errors import ConfigError
-from rig.model.effect_stages.table import FORMER_NAMES, OWN_STAGES, EffectParameter, EffectStage
+from rig.model.effect_stages.stage import EffectParameter, EffectStage
+from rig.model.effect_stages.table import FORMER_NAMES, OWN_STAGES
 
 
 def _stage_of(key: str, module: Any) -> EffectStage:

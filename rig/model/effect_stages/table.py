@@ -4,75 +4,13 @@ Slots are those of the chain: timing, valve (both before the pressure monitors),
 sensor.
 """
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from functools import cached_property
+from dataclasses import replace
 from typing import Final
 
 from rig.model.effect_stages import joint, limits, muscle, sensor, timing, valve
+from rig.model.effect_stages.stage import EffectParameter, EffectStage
 from rig.model.equations.joint_balance import LOOP_RADII_DEG, STATE_SIZE
 from rig.model.slots import Slot, StageFunction
-
-
-@dataclass(frozen=True)
-class EffectParameter:
-    """One number of an effect; `neutral` switches it off, or is the usual value of a shape."""
-
-    name: str
-    unit: str
-    low: float
-    high: float
-    neutral: float
-    meaning: str
-    own: str = ""
-    """What the chain takes from the rig where the number is left out; empty: nothing, it stands at `neutral`."""
-
-
-AT_AN_ANGLE = ("end_stop",)
-"""Effects of the joint that stand at an angle of the sensor."""
-
-
-@dataclass(frozen=True)
-class EffectStage:
-    """How one effect enters the chain (the form that `rig.model.chain` lays out)."""
-
-    effect: str
-    """The word of the report; two laws of one effect share it."""
-    lies_in: str
-    """Where the report says it lies: timing, valve, muscle, joint or sensor."""
-    slot: Slot
-    """Where the chain runs it; differs from `lies_in` where an effect shows elsewhere."""
-    stage: StageFunction
-    state_size: int
-    numbers: tuple[EffectParameter, ...]
-    size: str
-    """The number that says how much of the effect there is; the others are shapes and what it acts on."""
-    before: bool = False
-    """Ahead of the slot's nominal stage, or after it."""
-    exact: bool = False
-    """It may be put onto a measured response itself: the rest of the chain has no part in what it does there. In the
-    timing slot it then makes everything later, by `late`."""
-    late: tuple[float, float] = (0.0, 0.0)
-    """(s, s/s) by how much, for each unit of its size: all along, and more for each second of the record."""
-
-    @cached_property
-    def parameters(self) -> tuple[str, ...]:
-        """Names in the order in which the stage reads them."""
-        return tuple(number.name for number in self.numbers)
-
-    @property
-    def from_rest(self) -> bool:
-        """It acts on how far the joint is from where it rests, whatever the sensor shows there."""
-        return self.slot is Slot.JOINT and self.effect not in AT_AN_ANGLE
-
-    def n_state(self, params: Sequence[float], dt_s: float) -> int:
-        """Length of the state; the same for all values."""
-        return self.state_size
-
-    def neutral(self) -> dict[str, float]:
-        """The parameters that leave the chain as it is (with shapes at their usual values)."""
-        return {number.name: number.neutral for number in self.numbers}
-
 
 FORMER_NAMES: Final = {"drag_s": "viscous_time_s", "sway_s": "inertia_time_s"}
 """What models of before may still call a parameter."""
