@@ -19,7 +19,7 @@ def with_law(
     return healthy.with_patterns(law_patterns(moved, lines, rho)).with_variance(rough)
 
 
-def rough_lines(lines: Lines, moved: Column, rho: float | Column, prior: Prior, power: Column | None = None) -> Column:
+def rough_lines(lines: Lines, moved: Column, rho: float, prior: Prior, power: Column | None = None) -> Column:
     """(l,) variance of the lines of what so rough a law leaves."""
     power = lines.envelope(moved, ENVELOPE_HZ, ENVELOPE_EVEN) if power is None else power
     out: Column = (prior.rho_lines * rho) ** 2 * power

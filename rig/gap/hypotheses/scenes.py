@@ -7,7 +7,7 @@ from functools import cached_property, partial
 import numpy as np
 
 from rig.gap.hypotheses.fit import Scene, angle_change, pressure_change, settled
-from rig.gap.hypotheses.law_errors import with_law
+from rig.gap.hypotheses.law_errors import rough_lines, with_law
 from rig.gap.hypotheses.library import Law
 from rig.gap.hypotheses.retuned import unsure_regulators
 from rig.gap.hypotheses.scales import law_scales
@@ -147,17 +147,17 @@ def _answering_other_pressures(factor: Factor, expected: Expected, prior: Prior)
     usual = [context.reference.angle_deg for context in contexts]
     moved = np.concatenate(list(expected.base)) - np.concatenate(usual)
     rho = max(expected.response.misfit_deg, expected.missed_deg) / max(float(np.std(np.concatenate(usual))), 1e-9)
-    healthy = with_law(factor.healthy, factor.lines, factor.lines.of(moved), rho, prior)
+    lines, changed = factor.lines, factor.lines.of(moved)
+    healthy = with_law(factor.healthy, lines, changed, rho, prior)
     commands = [(context.pair.u1_mpa - context.pair.u2_mpa, context.pair.dt_s) for context in contexts]
-    rougher = rougher_beyond(factor.lines, min(expected.known_hz, known_by_hz(commands)))
-    power = moving_power(factor.lines, factor.lines.of(moved))
-    healthy = healthy.with_variance((prior.rho_lines * rho * rougher) ** 2 * power)
+    rougher = rougher_beyond(lines, min(expected.known_hz, known_by_hz(commands)))
+    healthy = healthy.with_variance(rougher**2 * rough_lines(lines, changed, rho, prior, moving_power(lines, changed)))
     later_s = np.array([
         displaced(angle, context.reference.angle_deg, context.pair.dt_s).rms_s(len(angle) * context.pair.dt_s)
         for context, angle in zip(contexts, expected.base, strict=True)
     ])  # fmt: skip
     missed = np.concatenate([context.reference.angle_deg - context.propagated for context in contexts])
-    return replace(factor, healthy=healthy.with_variance(at_another_time(factor.lines, missed, later_s)))
+    return replace(factor, healthy=healthy.with_variance(at_another_time(lines, missed, later_s)))
 
 
 def rougher_beyond(lines: Lines, known: float) -> Column:
