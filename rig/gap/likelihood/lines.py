@@ -11,10 +11,36 @@ from itertools import groupby
 
 import numpy as np
 
+from rig.model.compiled.machine_code import kernel
 from rig.record import Column
 from rig.smoothing import smoothed
 
 Places = np.typing.NDArray[np.intp]
+Spectra = np.typing.NDArray[np.complex128]
+
+
+@kernel(nogil=True)
+def measured(columns: Column, rows: Places, used: Column) -> Column:  # pragma: no cover
+    """(r, n, m) these rows (r, n) of columns, zero where nothing was measured."""
+    out = np.empty((*rows.shape, columns.shape[1]))
+    for r in range(rows.shape[0]):
+        for i in range(rows.shape[1]):
+            for m in range(columns.shape[1]):
+                out[r, i, m] = columns[rows[r, i], m] * used[r, i]
+    return out
+
+
+@kernel(nogil=True)
+def turn(spectra: Spectra, rows: int, turns: Column, lines: Places, out: Column) -> None:  # pragma: no cover
+    """Lines of the orthonormal DCT-II from the lower half of the spectra (r, h, m) of so many rows, of which the even
+    ones came first and then the odd ones backwards; by `turns` (2, count)."""
+    half = spectra.shape[1]
+    for r in range(lines.shape[0]):
+        for k in range(lines.shape[1]):
+            for m in range(out.shape[1]):
+                # the upper half of the spectrum is the lower one mirrored
+                one = spectra[r, k, m] if k < half else np.conj(spectra[r, rows - k, m])
+                out[lines[r, k], m] = one.real * turns[0, k] + one.imag * turns[1, k]
 
 
 @dataclass(frozen=True)
@@ -59,26 +85,30 @@ class Lines:
         ]
 
     @cached_property
-    def _places(self) -> list[tuple[Places, Column, Places]]:
+    def _places(self) -> list[tuple[Places, Column, Places, Column]]:
         """For all records of one length and period: their rows (r, n), the even ones first and then the odd ones
-        backwards, whether they were measured (r, n), and their lines (r, count)."""
+        backwards, whether they were measured (r, n), their lines (r, count) and what makes those of a transform."""
         first_row, first_line = np.cumsum((0, *self.rows)), np.cumsum((0, *self.counts))
         found = []
         for n, count in dict.fromkeys(zip(self.rows, self.counts, strict=True)):
             own = [k for k, kind in enumerate(zip(self.rows, self.counts, strict=True)) if kind == (n, count)]
             order = np.concatenate([np.arange(0, n, 2), np.arange(1, n, 2)[::-1]])
             rows = first_row[own][:, None] + order
-            found.append((rows, self.used[rows], first_line[own][:, None] + np.arange(count)))
+            found.append((rows, self.used[rows], first_line[own][:, None] + np.arange(count), _turns(n, count)))
         return found
 
     def of(self, columns: Column) -> Column:
-        """(l,) or (l, m) lines of (n,) or (n, m) columns, zero where nothing was measured."""
-        out = np.empty((sum(self.counts), *columns.shape[1:]))
-        for rows, used, lines in self._places:
-            measured = np.take(columns, rows, axis=0)
-            measured *= used if columns.ndim == 1 else used[:, :, None]
-            out[lines] = _cosines(measured, lines.shape[1])
+        """(l,) or (l, m) lines of (n,) or (n, m) columns, zero where nothing was measured. By one transform of n reals
+        for each record (Makhoul, IEEE Trans. ASSP 28, 1980)."""
+        out = np.empty((self._count, *columns.shape[1:]))
+        each, found = columns.reshape(len(columns), -1), out.reshape(self._count, -1)
+        for rows, used, lines, turns in self._places:
+            turn(np.fft.rfft(measured(each, rows, used), axis=1), rows.shape[1], turns, lines, found)
         return out
+
+    @cached_property
+    def _count(self) -> int:
+        return sum(self.counts)
 
     def envelope(self, lines: Column, width_hz: float, share_all: float) -> Column:
         """(l,) power of lines, blurred: what is unsure about a response is spread wider than the response itself.
@@ -99,26 +129,13 @@ class Lines:
         return np.concatenate(parts)
 
 
-def _cosines(block: Column, count: int) -> Column:
-    """(r, count, ...) the first lines of the orthonormal DCT-II of (r, n, ...) rows that stand in this order: the even
-    ones, then the odd ones backwards. By one transform of n reals (Makhoul, IEEE Trans. ASSP 28, 1980)."""
-    n = block.shape[1]
-    found = np.fft.rfft(block, axis=1)
-    low = found[:, :count]
-    if count > found.shape[1]:  # the upper half of the spectrum is the lower one mirrored
-        low = np.concatenate([found, found[:, 1 : n - found.shape[1] + 1][:, ::-1].conj()], axis=1)[:, :count]
-    cosine, sine = (turn.reshape(1, count, *[1] * (block.ndim - 2)) for turn in _turns(n, count))
-    lines: Column = low.real * cosine + low.imag * sine
-    return lines
-
-
 @lru_cache
-def _turns(n: int, count: int) -> tuple[Column, Column]:
-    """(count,) cosines and sines of k pi / 2n, scaled to orthonormal lines."""
+def _turns(n: int, count: int) -> Column:
+    """(2, count) cosines and sines of k pi / 2n, scaled to orthonormal lines."""
     angle = 0.5 * np.pi * np.arange(count) / n
     scale = np.full(count, np.sqrt(2.0 / n))
     scale[0] = np.sqrt(1.0 / n)
-    return scale * np.cos(angle), scale * np.sin(angle)
+    return np.array([scale * np.cos(angle), scale * np.sin(angle)])
 
 
 def lines_of(rows: Sequence[int], dt_s: Sequence[float], used: Sequence[Column], top_hz: float) -> Lines:
