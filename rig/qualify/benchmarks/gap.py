@@ -8,11 +8,12 @@ import json
 import os
 import time
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any, Final
 
+from rig.channels import EFFECTS_FACT
 from rig.errors import RecordError
 from rig.qualify.benchmarks import figure, share
 from rig.qualify.benchmarks.commands import pamrig
@@ -30,6 +31,8 @@ CASES_A_UNIT: int | None = None
 """All."""
 ROWS: int | None = None
 """Of each record; all."""
+EFFECTS: Sequence[str] | None = None
+"""What these rigs can have; all of the library."""
 UNTOUCHED = 2
 """Records of each case that are kept from the diagnosis to see how far the gap shrinks on them."""
 SEARCH: tuple[str, ...] = ()
@@ -93,7 +96,9 @@ def _unit(practice: Path, unit: str, labels: dict[str, list[str]]) -> dict[str, 
 def _session(folder: Path) -> "list[Record]":
     from rig.log.reader import read
 
-    return [record.rows(slice(0, ROWS)) for record in read(folder)]
+    able = {} if EFFECTS is None else {EFFECTS_FACT: list(EFFECTS)}
+    records = [record.rows(slice(0, ROWS)) for record in read(folder)]
+    return [replace(record, facts={**record.facts, **able}) for record in records]
 
 
 def _simulator(day: Path) -> "Model":
@@ -266,8 +271,6 @@ def _times(data: dict[str, Any]) -> dict[str, Any]:
 
 def _doubled(one: dict[str, Any], records: "Sequence[Record]") -> float:
     """Seconds for twice the records (each once more under another name)."""
-    from dataclasses import replace
-
     from rig.gap import diagnose
 
     def twice(session: "Sequence[Record]") -> "list[Record]":

@@ -130,7 +130,8 @@ def test_gap(
         pytest.skip("the practice set is not part of the project")
     monkeypatch.setenv("PAMRIG_PRACTICE", str(practice))
     search = ("--seeds", "1", "--particles", "20", "--iterations", "50", "--unbounded")
-    short(gap, CASES_A_UNIT=2, ROWS=900, SEARCH=search)
+    effects = ("delay", "valve_lag", "pressure_ceiling", "coulomb_friction", "backlash")
+    short(gap, CASES_A_UNIT=2, ROWS=900, EFFECTS=effects, SEARCH=search)
     assert_drawn("gap", gap.bench_gap(), capsys)
 
 
