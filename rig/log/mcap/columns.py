@@ -7,6 +7,8 @@ import struct
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache
+from itertools import chain
+from operator import attrgetter
 from typing import Any, Final
 
 import numpy as np
@@ -86,7 +88,7 @@ class Layout:
     names: tuple[str, ...]
     kinds: tuple[str, ...]
     tags: tuple[bytes, ...]
-    decode: Callable[[bytes], list[float]] = field(repr=False)
+    decode: Callable[[bytes], tuple[float, ...]] = field(repr=False)
     """Values of a message that is valid Protobuf in another arrangement; ValueError when it is not even that."""
     exact: bool = False
     """Other arrangements are refused: the schema is assumed, and only the tags can prove it."""
@@ -119,6 +121,12 @@ class Layout:
         """Opcode, length and channel of every message record in this arrangement."""
         return 5, self.message.itemsize - HEAD.size, self.channel
 
+    @cached_property
+    def head_bytes(self) -> bytes:
+        """The same as they lie in the file."""
+        opcode, length, channel = self.head
+        return HEAD.pack(opcode, length) + struct.pack("<H", channel)
+
     def regular(self, rows: Array) -> bool:
         """Whether all `rows` (of the type `message`) hold the fields in this arrangement."""
         tags = zip(self.names, self.tags, strict=True)
@@ -136,7 +144,7 @@ class Layout:
             raise ValueError("a message that is not a sample as pamrig writes it")
         _, sequence, log_time, publish_time = MESSAGE_HEAD.unpack_from(record, HEAD.size)
         values = self.decode(record[HEAD.size + MESSAGE_HEAD.size :])
-        fields = (part for pair in zip(self.tags, values, strict=True) for part in pair)
+        fields = chain.from_iterable(zip(self.tags, values, strict=True))
         return self.packer.pack(*self.head, sequence, log_time, publish_time, *fields)
 
 
@@ -162,12 +170,14 @@ def _described(descriptor_set: bytes, schema_name: str) -> Layout:
     kind = message_factory.GetMessageClass(descriptor)
     names = tuple(item.name for item in fields)
 
-    def decode(data: bytes) -> list[float]:
+    values = attrgetter(*names, names[0])  # of one name alone it would be the bare value
+
+    def decode(data: bytes) -> tuple[float, ...]:
         try:
             message = kind.FromString(data)
         except DecodeError:
             raise ValueError("not a Protobuf message") from None
-        return [getattr(message, name) for name in names]
+        return values(message)[:-1]
 
     kinds = tuple(_FIXED[item.type] for item in fields)
     tags = tuple(tag_bytes(item.number, wire) for item, wire in zip(fields, kinds, strict=True))
@@ -179,6 +189,8 @@ def run_length(data: bytes, offset: int, layout: Layout) -> int:
     size = layout.message.itemsize
     available = (len(data) - offset) // size
     done, look = 0, 128
+    if not data.startswith(layout.head_bytes, offset):
+        return 0
     first, last = layout.probed["first"], layout.probed["last"]
     while done < available:
         rows = np.frombuffer(data, layout.probe, min(look, available - done), offset + done * size)
