@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from support.plants.narrowed import Narrowed
 from support.records.short_session import short_session
 
 from hil.reference.cases import Purpose
@@ -228,22 +229,37 @@ def test_nothing_is_made_for_answered_cases(finished: CheckFolder, monkeypatch: 
     assert score_unit(unit) == CASES
 
 
+def checked(source: PhysicsSource, folder: Path, cases: int, groups: tuple[str, ...]) -> dict[str, Any]:
+    """Sealed, answered, scored."""
+    place = CheckFolder(folder)
+    draw(source, folder, SEED, cases, names_of(groups))
+    for unit in units(source, place):
+        make_answer_score(unit, rounds=0)
+    return result_of(place)
+
+
+@pytest.fixture(scope="module")
+def one_day(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
+    """Another family, asked beside one day."""
+    source = PhysicsSource(Purpose.SCORING, ("fluidic",), known=tuple(LIBRARY), session=short_session())
+    return checked(source, tmp_path_factory.mktemp("one_day"), 2, ("one_day",))
+
+
 @pytest.fixture(scope="module")
 def without_days(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
-    """The ways of asking that need fewer days or none, on another family: sealed, answered, scored."""
-    folder = CheckFolder(tmp_path_factory.mktemp("without_days"))
-    groups = ("one_day", "fingerprint", "simulator")
-    source = PhysicsSource(Purpose.SCORING, ("fluidic",), measures_of(groups), tuple(LIBRARY), short_session())
-    draw(source, folder.root, SEED, 4, names_of(groups))
-    for unit in units(source, folder):
-        make_answer_score(unit, rounds=0)
-    return result_of(folder)
+    """The ways of asking that need none; that they are answered is looked at, and not with what, so its rigs can have
+    effects of the sensor only."""
+    groups, stages = ("fingerprint", "simulator"), ("sensor",)
+    source = Narrowed(
+        Purpose.SCORING, ("fluidic",), measures_of(groups), tuple(LIBRARY), short_session(), stages=stages
+    )
+    return checked(source, tmp_path_factory.mktemp("without_days"), 4, groups)
 
 
-def test_every_way_of_asking_is_answered_and_scored(without_days: dict[str, Any]) -> None:
-    modes = without_days["modes"]
+def test_every_way_of_asking_is_answered_and_scored(one_day: dict[str, Any], without_days: dict[str, Any]) -> None:
+    modes = one_day["modes"] | without_days["modes"]
     assert set(modes) == {*names_of(("one_day", "fingerprint", "simulator"))}
-    assert set(without_days["families"]) == {"fluidic"}
+    assert set(one_day["families"]) == set(without_days["families"]) == {"fluidic"}
     for name, figures in modes.items():
         assert figures["errors"]["k"] == 0, name
         assert figures["detected"]["n"] + figures["false_alarms"]["n"] > 0, name

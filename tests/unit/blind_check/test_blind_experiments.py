@@ -2,13 +2,12 @@
 the rounds are counted, and two checks of the same cases beside each other."""
 
 import json
-from collections.abc import Mapping
-from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from support.plants.narrowed import Narrowed
 from support.records.short_session import short_session
 
 from hil.reference.cases import Purpose
@@ -23,8 +22,6 @@ from rig.blind_check.generate import draw, make_unit, open_labels, units
 from rig.blind_check.modes import names_of
 from rig.blind_check.paired import compared
 from rig.blind_check.row import CaseKind, Round, Row, Scored
-from rig.blind_check.source import BenchData, CaseData, Commands, Label, Named
-from rig.channels import EFFECTS_FACT
 from rig.errors import RecordError
 from rig.log.reader import read
 from rig.report.check_pairs import pairs_page
@@ -40,34 +37,13 @@ def recommending(folder: CheckFolder, token: str, wanted: Any, mode: str = "fing
     write_json(folder.answer(token), answer)
 
 
-@dataclass(frozen=True)
-class Hurried(PhysicsSource):
-    """Rigs that can be late and nothing else, so that they are soon answered about: what is asked again is looked at
-    here, not what is answered."""
-
-    def bench(self, label: Label) -> BenchData:
-        bench = super().bench(label)
-        return replace(
-            bench, baselines=[late_at_most(day) for day in bench.baselines], sister=late_at_most(bench.sister)
-        )
-
-    def case(self, label: Label) -> CaseData:
-        case = super().case(label)
-        return replace(case, records=late_at_most(case.records))
-
-    def repeat(self, label: Label, facts: Mapping[str, Any], commands: Commands, number: int) -> Named:
-        return late_at_most(super().repeat(label, facts, commands, number))
-
-
-def late_at_most(day: Named) -> Named:
-    return {name: {**columns, "facts": {EFFECTS_FACT: ["timing"]}} for name, columns in day.items()}
-
-
 @pytest.fixture(scope="module")
 def followed_up(tmp_path_factory: pytest.TempPathFactory) -> CheckFolder:
-    """Two cases of one unit, one of which asks for an experiment, and then for another."""
+    """Two cases of one unit, one of which asks for an experiment, and then for another; what is answered is not looked
+    at, so the rigs can be late and nothing else."""
     folder = CheckFolder(tmp_path_factory.mktemp("experiments"))
-    source = Hurried(Purpose.DEVELOPMENT, ("mckibben",), known=("delay", "valve_lag"), session=short_session())
+    known = ("delay", "valve_lag")
+    source = Narrowed(Purpose.DEVELOPMENT, ("mckibben",), known=known, session=short_session(), stages=("timing",))
     draw(source, folder.root, 91, 2, names_of(("one_day", "fingerprint"), angle=False))
     (unit,) = units(source, folder)
     make_unit(unit)
