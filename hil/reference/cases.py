@@ -272,14 +272,19 @@ def _with_untouched(case: Case, bench: Bench, less: float) -> tuple[Made, Named]
     return made, record_day(bench.plant, made.day, bench.untouched, made.disturbance)
 
 
+@lru_cache(maxsize=4)
+def _bench_to_order(family_name: str, unit_seed: int, seed: int) -> Bench:
+    random, chosen = _random(Purpose.DEVELOPMENT, (family_name, DAYS), seed, 3, unit_seed), family(family_name)
+    return draw_bench(chosen, chosen.make(unit_seed), random)
+
+
 def made_to_order(family_name: str, unit_seed: int, sizes: Mapping[str, float], seed: int = 0) -> tuple[Made, Bench]:
     """A case with these effects (name -> signed size, none for a healthy one) on that unit, and the unit's healthy
     days.
 
     Days, excitations and what is no size come from `seed`. RigError for a family or an effect that is not there.
     """
-    random, chosen = _random(Purpose.DEVELOPMENT, (family_name, DAYS), seed, 3, unit_seed), family(family_name)
-    bench = draw_bench(chosen, chosen.make(unit_seed), random)
+    bench = _bench_to_order(family_name, unit_seed, seed)
     signs, kind = (
         tuple(1 if size >= 0.0 else -1 for size in sizes.values()),
         (CaseKind.NONE, CaseKind.SINGLE, CaseKind.PAIR)[min(len(sizes), 2)],

@@ -1,5 +1,6 @@
 """Cases of the physics plants: every effect acts, and sheets are drawn as promised."""
 
+import functools
 import itertools
 import math
 
@@ -23,6 +24,7 @@ from rig.errors import ConfigError, RigError
 from rig.gap.hypotheses.library import LIBRARY
 
 SINE = Excitation("sine", 0.5, 0.2)
+SHORT = (Excitation("mixed", 0.5, 0.1, seconds=8.0), Excitation("sine", 0.8, 0.2, seconds=8.0))
 EFFECTS = [(name, effect) for name in NAMES for effect in sorted(family(name).laws)]
 
 
@@ -51,16 +53,19 @@ def test_families_share_no_foreign_effect_and_place_the_known_ones_alike():
         }
 
 
+@functools.cache
+def healthy_day(name):
+    plant = unit(name, 3)
+    return plant, plant.still(), record_day(plant, plant.still(), SHORT)
+
+
 @pytest.mark.parametrize(("name", "effect"), EFFECTS)
 def test_effect_acts_and_grows_with_its_size(name, effect):
-    plant, entry = unit(name, 3), family(name).laws[effect]
-    day = plant.still()
-    short = (Excitation("mixed", 0.5, 0.1, seconds=8.0), Excitation("sine", 0.8, 0.2, seconds=8.0))
-    healthy = record_day(plant, day, short)
+    (plant, day, healthy), entry = healthy_day(name), family(name).laws[effect]
 
     def change(share: float) -> float:
         size = math.exp(math.log(entry.low) + share * (math.log(entry.high) - math.log(entry.low)))
-        records = record_day(plant, day, short, entry.law(size, np.random.default_rng(4)))
+        records = record_day(plant, day, SHORT, entry.law(size, np.random.default_rng(4)))
         return math.sqrt(
             sum(np.mean((records[name]["angle_deg"] - healthy[name]["angle_deg"]) ** 2) for name in healthy)
         )
