@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from click.testing import CliRunner
-from support.rigs.narrow_rig import narrow_rig
+from support.rigs.narrow_rig import narrow_rig, rig_of_few_effects
 
 from rig.app.model.simulating import commands_of
 from rig.cli.commands import cli
@@ -25,9 +25,11 @@ def call(*words: str) -> tuple[int, str]:
 
 
 def test_capability_says_sizes_units_and_what_cannot_be_told_apart(tmp_path: Path) -> None:
+    rig = tmp_path / "rig.yaml"
+    rig.write_text(rig_of_few_effects())
     code, text = call(
-        "capability", MODEL, "--sweep", "gap", "--sweep", "quick", "--json", f"{tmp_path / 'c.json'}",
-        "-o", f"{tmp_path / 'matrix.svg'}",
+        "capability", MODEL, "--rig", f"{rig}", "--sweep", "gap", "--sweep", "quick",
+        "--json", f"{tmp_path / 'c.json'}", "-o", f"{tmp_path / 'matrix.svg'}",
     )  # fmt: skip
     assert code == 0, text
     sizes, _, apart = text.partition("Records of the sweep quick")[0].partition("not told apart at usual sizes")
@@ -63,7 +65,7 @@ def test_design_writes_a_sweep_that_fits_the_time(tmp_path: Path) -> None:
 
 def test_a_design_keeps_the_joint_inside_the_rig_s_angles(tmp_path: Path) -> None:
     rig, sweep = tmp_path / "rig.yaml", tmp_path / "s.yaml"
-    text = Path("configs/rigs/simulated.yaml").read_text().replace("../models", str(Path("configs/models").resolve()))
+    text = rig_of_few_effects()
     for most in (15.0, 40.0):
         rig.write_text(text.replace("angle_deg: [-90.0, 90.0]", f"angle_deg: [-{most}, {most}]"))
         code, said = call("design", MODEL, "--minutes", "2.5", "--family", "none", "--rig", f"{rig}", "-o", f"{sweep}")
