@@ -23,6 +23,7 @@ from rig.gap.hypotheses.fit import Fit
 from rig.gap.hypotheses.library import NONE, UNKNOWN, Effect, chosen
 from rig.gap.hypotheses.scenes import Stand, angle_stand, pressure_stand
 from rig.gap.plan.candidates import Room
+from rig.gap.raw_tests.quantisation import STEP
 from rig.gap.raw_tests.read import read_signatures
 from rig.gap.raw_tests.repeats import bridged, lost_rows
 from rig.gap.raw_tests.signature import Signature
@@ -109,8 +110,13 @@ def weigh(question: Question) -> tuple[list[Signature], Expected, tuple[Posterio
     if any(signature.found and signature.effect == "lost_samples" for signature in signatures):
         pairing = _bridged(question, pairing)
     expected = expect(question.kind, question.sister, question.model, pairing)
-    signatures_deg2 = sum(signature.smoothed_deg2 for signature in signatures if signature.found)
-    expected = replace(expected, signatures_deg2=signatures_deg2, known_hz=question.known_hz)
+    shown = [signature for signature in signatures if signature.found]
+    expected = replace(
+        expected,
+        signatures_deg2=sum(signature.smoothed_deg2 for signature in shown),
+        step_deg=max((one.value for one in shown if one.test == STEP), default=0.0),
+        known_hz=question.known_hz,
+    )
     fitting = [effect for effect in effects if not effect.signature]
     return signatures, *_judged(question, expected, fitting, question.settings)
 

@@ -37,6 +37,9 @@ does of its own records lacks nothing."""
 UNKNOWN_EVEN = 0.3
 """Share of the power of something unknown that is spread evenly over all lines, as ENVELOPE_EVEN is for the remainder.
 Less: what is unknown must lie where the gap is largest."""
+UNEVEN = 1.3
+"""What rounding leaves is larger than an even converter's by this factor: codes differ in width (development: 1.1 to
+1.3)."""
 MEAN_DOUBT = 0.3
 """What is not known of the law of the mean pressure where that is another than expected: standard deviation of its
 exponent, which lies between 0 and 1. Healthy days never show it, so no fit of theirs can say it. Less: a stiffness is

@@ -131,6 +131,8 @@ def angle_scene(expected: Expected, settings: Fitted, whole: Expected | None = N
         factor = _answering_other_pressures(factor, expected, settings.prior)
     factor = factor.at_least(expected.missed_deg).less_sure(_where_fast(factor.lines, expected), parts.noise)
     factor = factor.noisier(expected.anew_deg**2 + expected.signatures_deg2)
+    if expected.step_deg:
+        factor = factor.rounded_to(expected.step_deg, np.concatenate(list(base)))
     if expected.kind is Kind.FINGERPRINT:
         factor = factor.standing_off(expected.missed_deg)
     moving = float(np.std(np.concatenate(base)))

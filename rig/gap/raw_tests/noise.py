@@ -20,7 +20,7 @@ from rig.gap.raw_tests.settings import (
     SMOOTHED,
 )
 from rig.gap.raw_tests.signature import Signature
-from rig.gap.raw_tests.spectral_lines import without_line
+from rig.gap.raw_tests.spectral_lines import fast_spectra, overtones_hz, without_lines
 from rig.gap.raw_tests.statistics import about, between_days, by_chance
 from rig.identify.response.response_fit import SMOOTHING_S
 from rig.model.resample import is_regular
@@ -98,11 +98,13 @@ def _against(own: float, levels: Sequence[float], unsure: float) -> _Against:
 
 
 def _without_strongest(lines: Sequence[Signature], cases: Sequence[Record]) -> list[Column]:
-    """The angles without the strongest of the lines that were looked for."""
+    """The angles without the strongest of the lines that were looked for, and without its multiples."""
     strongest = max(lines, key=lambda line: line.value, default=None)
     if strongest is None:
         return angles_of(cases)
-    return [without_line(record, strongest.numbers["frequency_hz"]) for record in cases]
+    line_hz = strongest.numbers["frequency_hz"]
+    those = [line_hz, *overtones_hz(fast_spectra(cases), line_hz)]
+    return [without_lines(record, those) for record in cases]
 
 
 def _beside_the_motion(angles: Sequence[Column], *, rows: Sequence[float], without_repeats: bool) -> float:

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from rig.gap.raw_tests.levels import angles_of, filled, level_beside_deg
+from rig.gap.raw_tests.levels import angles_of, level_beside_deg
 from rig.gap.raw_tests.settings import (
     COARSER,
     FINE_STEPS_APART,
@@ -15,15 +15,15 @@ from rig.gap.raw_tests.settings import (
     OFF_WHOLE,
     STEP_DIGITS,
     STEP_OVER_NOISE,
-    UNEVEN,
     WHOLE_STEPS,
 )
 from rig.gap.raw_tests.signature import Signature
 from rig.gap.raw_tests.statistics import about
 from rig.gap.records.settings import FEWEST_VALUES, MOST_DIFFERENT
-from rig.identify.response.response_fit import SMOOTHING_S
 from rig.record import Column, Record
-from rig.smoothing import smoothed
+
+STEP = "quantisation step"
+"""The test's name."""
 
 
 def quantisation_step(
@@ -44,7 +44,7 @@ def quantisation_step(
         else "no quantisation step shows in the angle"
     )
     return Signature(
-        "quantisation step",
+        STEP,
         "quantisation",
         found,
         value=step,
@@ -54,7 +54,6 @@ def quantisation_step(
         sizes={"step_deg": about(step, spread, 0.0)},
         p_value=_by_chance(angles_of(cases), step) if step else 1.0,
         variance_deg2=max(step**2 - base**2, 0.0) / 12.0 if found else 0.0,
-        smoothed_deg2=UNEVEN * _rounding(sessions[0] if sessions else cases, step) if found else 0.0,
     )
 
 
@@ -98,13 +97,3 @@ def _by_chance(angles: Sequence[Column], step: float) -> float:
     values = np.concatenate([np.unique(angle[np.isfinite(angle)]) for angle in angles])
     together = float(np.abs(np.mean(np.exp(2j * np.pi * values / step))))
     return math.exp(-min(len(values) * together**2, 700.0))
-
-
-def _rounding(records: Sequence[Record], step: float) -> float:
-    """Mean square of what rounding leaves in the smoothed angle: much where the joint stays within one step."""
-    parts = []
-    for record, angle in zip(records, angles_of(records), strict=True):
-        rows = SMOOTHING_S / record.period_s
-        course = smoothed(filled(angle), max(rows, 1.0), mirrored=True)
-        parts.append(np.mean(smoothed(step * np.round(course / step) - course, max(rows, 0.1), mirrored=True) ** 2))
-    return float(np.mean(parts))

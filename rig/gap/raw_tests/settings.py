@@ -32,9 +32,6 @@ converter some 5 are, 0.3 of them so."""
 STEP_OVER_NOISE = 6.0
 """Without baselines a step must exceed the noise beside it by so much: every converter has one, and is chosen so
 that it is of about the noise. Lower: the step of a usual converter is a finding."""
-UNEVEN = 1.3
-"""What rounding leaves is larger than an even converter's by this factor: codes differ in width (development: 1.1 to
-1.3)."""
 SMOOTHED = 0.25
 """Share of a white disturbance's variance that the smoothing lets through, generously (a Gaussian of 12 ms at 5 ms:
 0.12)."""
@@ -116,8 +113,8 @@ them."""
 TONE_CLEAR, TONE_ALONE, TONE_MORE = 6.0, 3.0, 2.0
 """As LINE_CLEAR; and by how much it must exceed every other line (the motion's multiples come in rows), and the
 baselines'."""
-MAINS_MULTIPLES = (1, 3, 5)
-"""Multiples of the mains that are not taken for spurious tones."""
+MAINS_MULTIPLES = (1, 2, 3, 4, 5)
+"""Multiples that belong to the mains: taken off with its line where they stand out, and no spurious tones."""
 HANN_LOSS = 0.33
 """Logarithm of the power that a line half way between two rows of a Hann spectrum loses (1.42 dB): the most that is
 made up for."""

@@ -61,7 +61,8 @@ def mains_line(cases: Sequence[Spectrum], sessions: Sequence[Sequence[Spectrum]]
         "amplitude_deg": about(size, line.spread_deg * own / max(size, 1e-12), 0.0),
         "frequency_hz": Size(hz, hz, hz),
     }
-    added = 0.5 * size**2 if found else 0.0
+    more = [_line(cases, each, margin_hz=0.0).amplitude_deg for each in overtones_hz(cases, hz)] if found else []
+    added = 0.5 * (size**2 + float(np.sum(np.square(more)))) if found else 0.0
     return Signature(
         "mains line",
         "mains_hum",
@@ -130,8 +131,7 @@ def _usual_spectrum(spectra: Sequence[Spectrum]) -> tuple[Column, Column]:
 
 
 def _free_of_mains(frequency_hz: Column) -> NDArray[np.bool_]:
-    """Where a line that is not the mains' may stand: above the motion, beside the mains lines and their odd
-    multiples."""
+    """Where a line that is not the mains' may stand: above the motion, beside the mains lines and their multiples."""
     rate = 2.0 * float(frequency_hz[-1])
     mains = np.array([_alias(multiple * line, rate) for line in LINES_HZ for multiple in MAINS_MULTIPLES])
     near = np.abs(frequency_hz[:, None] - mains).min(axis=1)
@@ -154,12 +154,32 @@ class _Line(NamedTuple):
     p_value: float
 
 
-def _line(spectra: Sequence[Spectrum], line_hz: float) -> _Line:
-    """A mains line where the sampling shows it."""
+def overtones_hz(cases: Sequence[Spectrum], line_hz: float) -> list[float]:
+    """The multiples of a mains line that stand out as well, each where no other falls: rectifiers make the even ones,
+    saturated cores the odd ones, dimmers all."""
+    found = [line_hz]
+    for hz in (multiple * line_hz for multiple in MAINS_MULTIPLES[1:]):
+        line = _line(cases, hz, margin_hz=0.0)
+        if line.amplitude_deg > LINE_CLEAR * line.beside_deg and not _fall_together(cases, hz, found):
+            found.append(hz)
+    return found[1:]
+
+
+def _fall_together(cases: Sequence[Spectrum], hz: float, others_hz: Sequence[float]) -> bool:
+    """Whether the sampling folds a line onto one of the others in any of the records."""
+    return any(
+        abs(_alias(hz, case.rate_hz) - _alias(other, case.rate_hz)) < LINE_WIDTH_HZ
+        for case in cases
+        for other in others_hz
+    )
+
+
+def _line(spectra: Sequence[Spectrum], line_hz: float, margin_hz: float = HIGHEST_MARGIN_HZ) -> _Line:
+    """A mains line where the sampling shows it, so far below half its rate."""
     lines, besides, strongest, bins = [], [], [], 0
     for rate, frequency, power in spectra:
         alias = _alias(line_hz, rate)
-        if alias < LOWEST_LINE_HZ or alias > 0.5 * rate - HIGHEST_MARGIN_HZ:
+        if alias < LOWEST_LINE_HZ or alias > 0.5 * rate - margin_hz:
             continue
         near = np.abs(frequency - alias)
         lines.append(_peak(power, np.flatnonzero(near < LINE_WIDTH_HZ)))
@@ -221,13 +241,22 @@ def _alias(line_hz: float, rate_hz: float) -> float:
     return abs(line_hz - rate_hz * round(line_hz / rate_hz))
 
 
-def without_line(record: Record, line_hz: float) -> Column:
-    """The angle with a narrow notch at the line."""
+def without_lines(record: Record, lines_hz: Sequence[float]) -> Column:
+    """The angle with a narrow notch at each line."""
+    assert record.angle_deg is not None
+    rate, left = 1.0 / record.period_s, filled(record.angle_deg)
+    for alias in dict.fromkeys(round(_alias(line_hz, rate), 6) for line_hz in lines_hz):
+        left = _notched(left, alias, rate)
+    return left
+
+
+def _notched(column: Column, hz: float, rate_hz: float) -> Column:
     from scipy.signal import filtfilt, iirnotch  # half a second to import, and only where a line was found
 
-    assert record.angle_deg is not None
-    rate = 1.0 / record.period_s
-    alias = _alias(line_hz, rate)
-    numerator, denominator = iirnotch(alias, alias / NOTCH_WIDTH_HZ, rate)
-    left: Column = filtfilt(numerator, denominator, filled(record.angle_deg))
-    return left
+    if hz > 0.5 * rate_hz - NOTCH_WIDTH_HZ:  # no room for a notch: every other row turned over, it is what is slow
+        turns = np.where(np.arange(len(column)) % 2, -1.0, 1.0)
+        rows = rate_hz * np.sqrt(np.log(2.0)) / (np.pi * NOTCH_WIDTH_HZ)
+        return column - turns * smoothed(turns * column, float(rows), mirrored=True)
+    numerator, denominator = iirnotch(hz, hz / NOTCH_WIDTH_HZ, rate_hz)
+    notched: Column = filtfilt(numerator, denominator, column)
+    return notched

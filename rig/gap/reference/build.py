@@ -62,8 +62,10 @@ class Expected:
     missed_deg: float = 0.0
     """Rms by which the reference misses the very records that it was made from, where that is known."""
     signatures_deg2: float = 0.0
-    """Mean square that what the raw-data tests found (a converter's step, hum, noise) leaves in the smoothed angle: it
-    is explained, and no gap of the smoothed records."""
+    """Mean square that hum and noise, which the raw-data tests found, leave in the smoothed angle: it is explained, and
+    no gap of the smoothed records."""
+    step_deg: float = 0.0
+    """A converter's step that those tests found; what rounding leaves is none either."""
     planned: bool = False
     """The records are not made yet, and answer exactly as the reference expects."""
     anew_mpa: float = 0.0

@@ -26,6 +26,7 @@ from rig.gap.settings import (
     MOST_MISSED,
     SESSION_S,
     TOP_HZ,
+    UNEVEN,
     UNKNOWN_EVEN,
     VOLUME_DOUBT,
     BuildSpread,
@@ -61,6 +62,8 @@ VISCOUS = "viscous_s"
 LOOP_STEP = 0.02
 """Share of the joint's friction by whose change the pattern is taken; a smaller one is lost in the
 balance's own precision."""
+LATTICE_PARTS = (0.0, 0.25, 0.5, 0.75)
+"""Where the lattice of a converter may lie, in steps."""
 BANK = "bank"
 """Any of the response model's terms."""
 
@@ -100,6 +103,15 @@ class Factor:
         """The same with so much more power, on all lines alike."""
         more = mean_square * float(self.lines.used.sum()) / len(self.healthy.variance)
         healthy = self.healthy.with_variance(np.full_like(self.healthy.variance, more))
+        return replace(self, healthy=healthy, floor=float(np.hypot(self.floor, np.sqrt(mean_square))))
+
+    def rounded_to(self, step: float, column: Column) -> "Factor":
+        """The same where a converter rounds a column (n,) to a step: by the spectrum of what that leaves, wherever the
+        lattice lies. It comes with the motion, and stays where a joint moves within one step."""
+        off = [step * (np.round(column / step + part) - part) - column for part in LATTICE_PARTS]
+        power = np.mean([self.lines.envelope(self.lines.of(one), ENVELOPE_HZ, ENVELOPE_EVEN) for one in off], axis=0)
+        healthy = self.healthy.with_variance(UNEVEN * power)
+        mean_square = UNEVEN * float(np.mean([self.rms(one) ** 2 for one in off]))
         return replace(self, healthy=healthy, floor=float(np.hypot(self.floor, np.sqrt(mean_square))))
 
     def at_least(self, rms: float) -> "Factor":
