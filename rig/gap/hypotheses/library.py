@@ -177,7 +177,10 @@ _LIBRARY: tuple[Effect, ...] = (
     ), "pressures late in one direction only, so their mean moves with speed", "one_way", "one_way"),
     Effect("valve_dead_band", (
         Law("valve_dead_band", ("width_mpa",), FAR, "swing_mpa", shapes=({"edge": 1.0},)),
-        Law("valve_dead_band", ("width_mpa",), HOLDS, "swing_mpa", shapes=({"edge": 0.1}, {"edge": 0.3}, {"edge": 0.6})),
+        Law("valve_dead_band", ("width_mpa", "one_way"), FAR, "swing_mpa", shapes=({"edge": 1.0, "one_way": 0.5}, {"edge": 1.0, "one_way": -0.5})),
+        Law("numb_regulator", ("width_mpa", "integral_s"), FAR, "swing_mpa", shapes=({"integral_s": 0.1}, {"integral_s": 0.4}, {"integral_s": 1.0}),
+            bounds={"integral_s": (0.05, 10.0)}),
+        Law("valve_dead_band", ("width_mpa",), HOLDS, "swing_mpa", shapes=tuple({"edge": edge} for edge in (0.1, 0.2, 0.3, 0.4, 0.6))),
         Law("valve_dead_band", ("width_mpa",), FAR, "swing_mpa", shapes=tuple({"edge": 1.0} | one for one in ONE_VALVE)),
     ), "pressures stand still at turning points and stay short of the set-point", "play", "dead_band"),
     Effect("pressure_ceiling", (

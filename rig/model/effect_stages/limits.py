@@ -19,6 +19,8 @@ from rig.model.slots import Values
 
 IS, WAS, HELD, MORE = 1, 3, 5, 7
 """Places in the state: from MORE on stands what a stage has of its own."""
+OFF, NOMINAL, TAKEN, LACKS, NUMB_STATE = 1, 3, 5, 7, 9
+"""Places in the state of a regulator that does not see small errors."""
 UNLIMITED_MPA_S = 100.0
 """A flow at this limit is none that is limited."""
 MOST_HELD_MPA = 0.1
@@ -84,6 +86,35 @@ def valve_slew(p1: Values, p2: Values, y: Values, state: Values, params: Sequenc
                 move = min(max(move, -most), most)
             _moved(now, move, valve, state, params[6], dt_s)
         p1[i], p2[i] = state[IS], state[IS + 1]
+
+
+def numb_regulator(p1: Values, p2: Values, y: Values, state: Values, params: Sequence[float], dt_s: float) -> None:
+    """A regulator that integrates does not see errors below a width: its valve stays as open as it was; params:
+    width_mpa, integral_s, balance, tau0_s.
+
+    On a ramp the integrator alone gives the flow (a PI controller before a muscle, Astrom and Hagglund, PID
+    Controllers, 1995, chapter 3), so a pressure goes on by itself until it is off by the width to the other side. The
+    state holds, of each valve: how far it is off the nominal pressure, that pressure, the nominal error (what of the
+    flow the integrator has not taken over yet), and what its integrator lacks.
+    """
+    was, takes_over = math.exp(-dt_s / max(params[3], 1e-6)), dt_s / max(params[1], dt_s)
+    for i in range(len(p1)):
+        if state[0] == 0.0:
+            state[0], state[NOMINAL], state[NOMINAL + 1] = 1.0, p1[i], p2[i]
+        for valve in range(2):
+            now = p1[i] if valve == 0 else p2[i]
+            width = params[0] * min(1.0, 1.0 + params[2] * (1.0 - 2.0 * valve))
+            # what the flow changes by is asked of the error first, and handed to the integrator in its time
+            flow = (now - state[NOMINAL + valve]) / (1.0 - was)
+            error = flow - state[TAKEN + valve]
+            state[TAKEN + valve] += takes_over * error
+            state[NOMINAL + valve] = now
+            seen = error - state[OFF + valve]
+            seen -= min(max(seen, -width), width)
+            state[OFF + valve] += (1.0 - was) * (seen - error + state[LACKS + valve])
+            state[LACKS + valve] += takes_over * (seen - error)
+        p1[i] += state[OFF]
+        p2[i] += state[OFF + 1]
 
 
 def pressure_ceiling(p1: Values, p2: Values, y: Values, state: Values, params: Sequence[float], dt_s: float) -> None:

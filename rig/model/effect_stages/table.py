@@ -164,6 +164,17 @@ OWN_STAGES: dict[str, EffectStage] = {
         ),
         _BALANCE,
         _TAU0,
+        _P("one_way", "1", -1.0, 1.0, 0.0, "by how much wider it is to fill than to exhaust: times 1 + and 1 - this"),
+    ),
+    "numb_regulator": _entry(
+        "valve_dead_band",
+        "valve",
+        limits.numb_regulator,
+        limits.NUMB_STATE,
+        _P("width_mpa", "MPa", 0.0, 0.2, 0.0, "error that a regulator does not see, which goes on as before then"),
+        _P("integral_s", "s", 0.0, 10.0, 0.0, "its integral time"),
+        _BALANCE,
+        _TAU0,
     ),
     "pressure_ceiling": _entry(
         "pressure_ceiling",

@@ -91,29 +91,34 @@ def fill_exhaust_asymmetry(
 
 
 def valve_dead_band(p1: Values, p2: Values, y: Values, state: Values, params: Sequence[float], dt_s: float) -> None:
-    """No reaction while set-point and pressure differ by less than the width; params: width_mpa, edge, balance, tau0_s.
+    """No reaction while set-point and pressure differ by less than the width; params: width_mpa, edge, balance, tau0_s,
+    one_way.
 
     Beyond it the regulator moves until the width is left (edge 1), or on to the set-point until the share `edge` of the
-    width is left, where it holds again (edge below 1).
+    width is left, where it holds again (edge below 1). To fill takes the width times 1 + one_way, to exhaust times
+    1 - one_way.
     """
     was = math.exp(-dt_s / max(params[3], 1e-6))
     width1, width2 = params[0] * min(1.0, 1.0 + params[2]), params[0] * min(1.0, 1.0 - params[2])
+    fill, exhaust = 1.0 + params[4], 1.0 - params[4]
     stops = 1.0 if params[1] > 0.95 else 0.0
     for i in range(len(p1)):
         if state[0] == 0.0:
             state[0], state[1], state[2], state[3], state[4] = 1.0, p1[i], p2[i], p1[i], p2[i]
         gap = (p1[i] - was * state[3]) / (1.0 - was) - state[1]
-        if abs(gap) > width1:
+        width = width1 * (fill if gap > 0.0 else exhaust)
+        if abs(gap) > width:
             state[5] = 1.0
-        elif abs(gap) <= max(params[1], 0.02) * width1:
+        elif abs(gap) <= max(params[1], 0.02) * width:
             state[5] = 0.0
-        state[1] += state[5] * (1.0 - was) * (gap - stops * math.copysign(width1, gap))
+        state[1] += state[5] * (1.0 - was) * (gap - stops * math.copysign(width, gap))
         gap = (p2[i] - was * state[4]) / (1.0 - was) - state[2]
-        if abs(gap) > width2:
+        width = width2 * (fill if gap > 0.0 else exhaust)
+        if abs(gap) > width:
             state[6] = 1.0
-        elif abs(gap) <= max(params[1], 0.02) * width2:
+        elif abs(gap) <= max(params[1], 0.02) * width:
             state[6] = 0.0
-        state[2] += state[6] * (1.0 - was) * (gap - stops * math.copysign(width2, gap))
+        state[2] += state[6] * (1.0 - was) * (gap - stops * math.copysign(width, gap))
         state[3], state[4] = p1[i], p2[i]
         p1[i], p2[i] = state[1], state[2]
 
