@@ -34,7 +34,8 @@ class Verdict(StrEnum):
 
 @dataclass(frozen=True)
 class Gap:
-    """How far the reference is off, rms in degrees over all records, and how far it is with the causes in it."""
+    """How far the reference is off, rms in degrees over all records, and how far it is with the causes in it: of the
+    smoothed angle, or of its samples where nothing but these shows it."""
 
     rms_deg: float
     floor_deg: float

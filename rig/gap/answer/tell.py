@@ -54,13 +54,15 @@ def tell(findings: Findings, after: Callable[[Sequence[tuple[str, Fit]]], HowFar
     causes = [*_causes(findings, kept, before, far, added), *raw, *unknowns, *strange]
     if findings.expected.pairing.clipped:
         causes = [replace(cause, confidence=min(cause.confidence, EITHER_CHANCE)) for cause in causes]
-    low, high = _further(kept, before, floor, far, findings.settings) if added else (before, before)
+    if raw and len(raw) == len(causes):  # the gap is told where it was found: smoothed, it is hardly any
+        before, left = _raw_gap_deg(raw)
+    low, high = _further(kept, before, floor, far, findings.settings) if added else (left, left)
     named = any(cause.is_named for cause in causes)
     gap = Gap(
         rms_deg=before,
         floor_deg=floor,
         ratio=before / floor,
-        explained_fraction=_explained(kept, raw, before, left, floor) if named else 0.0,
+        explained_fraction=_explained(kept, before, left, floor) if named else 0.0,
         after_deg=left,
         after_low_deg=low,
         after_high_deg=high,
@@ -133,6 +135,13 @@ def _further(kept: Sequence[Kept], before: float, floor: float, far: HowFar, set
     """Between what rms (deg) further records will lie with the kept effects in the simulator."""
     rho = max(one.fit.effect.roughness(settings.prior, one.fit.law) for one in kept)
     return further(Shrunk(before, floor, far.per_record_deg2, rho), settings.further)
+
+
+def _raw_gap_deg(raw: Sequence[Cause]) -> tuple[float, float]:
+    """Rms of the raw records' gap, deg, with and without what their samples show."""
+    before = max(cause.gap_before_deg for cause in raw)
+    closed = sum(cause.gap_before_deg**2 - cause.gap_after_deg**2 for cause in raw)
+    return before, float(np.sqrt(max(before**2 - closed, 0.0)))
 
 
 def _strange(findings: Findings) -> list[Signature]:
@@ -244,11 +253,11 @@ def share_closed(posterior: Posterior, fit: Fit) -> float:
     return float(np.clip((before - after) / max(before - min(effective, 0.5 * before), 1e-9), 0.0, 1.0))
 
 
-def _explained(kept: Sequence[Kept], raw: Sequence[Cause], before: float, after: float, floor: float) -> float:
+def _explained(kept: Sequence[Kept], before: float, after: float, floor: float) -> float:
     """(G - E) / (G - F) in mean squares of the angle where it stands above the floor; else of what the causes were
     found on."""
     if not kept:
-        return max(cause.explained_fraction for cause in raw)
+        return 1.0 - (after / before) ** 2
     if after < before and before > ABOVE_FLOOR * floor:
         return min((before**2 - after**2) / (before**2 - floor**2), 1.0)
     if after < before:

@@ -93,6 +93,14 @@ def _supply_droop(numbers: Numbers) -> str:
     return f"The supply sags while the muscles fill: filling takes {_times(numbers['ratio'])} as long as emptying"
 
 
+def _dead_band(n: Numbers) -> str:
+    who, by, more = _valves(n, "The regulators do", "Regulator {} does"), size(n["width_mpa"]), value(n, "one_way")
+    if "integral_s" in n:
+        return f"{who} not see errors below {by}, and the pressure goes on as before meanwhile"
+    way = "" if more == 0.0 else f", {'less' if more > 0.0 else 'more'} to exhaust than to fill"
+    return f"{who} not react while the set-point changes by less than {by}{way}"
+
+
 def _and_after(says: Say) -> Say:
     """A limit's sentence, with what regulators that integrate do once it is over."""
 
@@ -184,7 +192,7 @@ ON_THE_RIG: Mapping[str, OnTheRig] = {
         "too small a valve, nozzle or hose; a throttle; a low supply", "throttles, nozzles and silencers; a large step of the set-point"),
     "fill_exhaust_asymmetry": OnTheRig("filling and emptying at different speeds", _and_after(_one_way),
         "a clogged silencer or throttle on one way; the supply close to the pressure asked for", "the exhaust's silencer; the supply pressure; a step up and a step down"),
-    "valve_dead_band": OnTheRig("a dead band of the valves", lambda n: f"{_valves(n, 'The regulators do', 'Regulator {} does')} not react while the set-point changes by less than {size(n['width_mpa'])}",
+    "valve_dead_band": OnTheRig("a dead band of the valves", _dead_band,
         "dry friction of the spool; a dead band set in the regulator", "the regulator's settings; a slow ramp of the set-point"),
     "pressure_ceiling": OnTheRig("a ceiling of the pressure", _and_after(_ceiling),
         "the supply is lower than what is asked for; a limit set in the regulator or the output", "the supply's gauge; the regulator's range"),

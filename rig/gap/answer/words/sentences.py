@@ -145,7 +145,10 @@ def _how_far(diagnosis: Diagnosis) -> str:
     before, after = gap.rms_deg, gap.after_deg
     with_it = "that" if len(_named(diagnosis)) == 1 else "these"
     if all(cause.is_raw for cause in _named(diagnosis)):
-        return f"It lies in the single samples: the smoothed angle, {degrees(before)} deg off, is not helped by it."
+        return (
+            f"It lies in the single samples: without it these are {degrees(after)} deg off instead of "
+            f"{degrees(before)}; the smoothed angle is not helped by it."
+        )
     left, between = _after(diagnosis) if after < before else (degrees(before), "")
     if left == degrees(before):
         start = "It shows in the pressures;" if _in_pressures(diagnosis) else f"With {with_it} in it"

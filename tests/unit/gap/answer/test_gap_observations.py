@@ -63,7 +63,10 @@ def test_where_only_a_mark_is_named_the_gap_is_explained_by_its_share() -> None:
     healthy = [replace(one, angle_deg=np.round(np.asarray(one.angle_deg))) for one in session(92)]
     found = asked(healthy)
     assert names(found) == {"quantisation"}
-    assert found.gap.explained_fraction == found.causes[0].explained_fraction < 1.0
+    assert found.gap.explained_fraction == pytest.approx(found.causes[0].explained_fraction)
+    assert found.gap.explained_fraction < 1.0
+    assert found.gap.rms_deg == found.causes[0].gap_before_deg
+    assert found.gap.after_deg == pytest.approx(found.causes[0].gap_after_deg)
     ranked = next(line for line in found.ranking if line.effect == "quantisation")
     assert (ranked.judged_on, ranked.minus_log_evidence) == (found.causes[0].judged_on, 0.0)
 

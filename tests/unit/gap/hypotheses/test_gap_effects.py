@@ -241,6 +241,40 @@ def test_a_receiver_empties_where_more_is_taken_than_its_supply_delivers_and_fil
     assert short[-1] == pytest.approx(wave[-1], abs=1e-4)
 
 
+def through_pi(asked: list[float], width: float, integral_s: float, tau_s: float) -> list[float]:
+    """What a PI regulator that sees no error below a width makes of set-points, before a volume that integrates."""
+    pressure, held, out = asked[0], 0.0, []
+    for one in asked:
+        error = one - pressure
+        error -= min(max(error, -width), width)
+        held += DT / integral_s * error
+        pressure += (1.0 - np.exp(-DT / tau_s)) * (error + held)
+        out.append(float(pressure))
+    return out
+
+
+@pytest.mark.parametrize("integral_s", [0.15, 0.6, 2.0])
+def test_a_regulator_that_integrates_and_sees_no_small_errors_is_a_pi_controller_with_a_dead_band(
+    integral_s: float,
+) -> None:
+    time = DT * np.arange(3000)
+    asked = list(0.2 + 0.06 * np.sin(2 * np.pi * 0.3 * time) + 0.02 * np.sin(2 * np.pi * 0.71 * time))
+    nominal = through_pi(asked, 0.0, integral_s, 0.05)
+    numb = through_pi(asked, 0.006, integral_s, 0.05)
+    made = steps("numb_regulator", {"width_mpa": 0.006, "integral_s": integral_s, "tau0_s": 0.05}, nominal)
+    off, missed = np.array(numb) - np.array(nominal), np.array(made) - np.array(numb)
+    assert np.std(off[600:]) > 0.003
+    assert np.std(missed[600:]) < 0.1 * np.std(off[600:])
+
+
+@pytest.mark.parametrize("one_way", [-1.0, -0.4, 0.0, 0.7])
+def test_a_dead_band_is_as_much_wider_to_fill_than_to_exhaust_as_is_said(one_way: float) -> None:
+    rising_mpa, falling_mpa = ([0.2 + slope * DT * k for k in range(400)] for slope in (0.05, -0.05))
+    for asked, width in ((rising_mpa, 0.01 * (1.0 + one_way)), (falling_mpa, 0.01 * (1.0 - one_way))):
+        late = steps("valve_dead_band", {"width_mpa": 0.01, "one_way": one_way, "tau0_s": 0.05}, asked)
+        assert abs(asked[-1] - late[-1]) == pytest.approx(width, abs=1e-4)
+
+
 @pytest.mark.parametrize(
     ("key", "numbers"),
     [

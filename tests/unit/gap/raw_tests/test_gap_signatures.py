@@ -73,6 +73,22 @@ def test_hum_is_as_large_as_it_is_wherever_sampling_folds_it(period_s: float, he
     assert found.numbers["frequency_hz"] == hertz
 
 
+@pytest.mark.parametrize("hertz", [50.0, 60.0])
+@pytest.mark.parametrize("louder_deg", [0.0, 0.1])
+def test_a_rectifiers_hum_is_no_noise_and_hides_none(hertz: float, louder_deg: float) -> None:
+    """Its even multiples show at half the sampling rate, or elsewhere than the line itself."""
+
+    def rectified(t: Column, y: Column) -> Column:
+        wave = np.maximum(np.sin(2 * np.pi * hertz * 1.0002 * t + 0.7), 0.0)
+        return y + 0.8 * wave + louder_deg * np.random.default_rng(8).standard_normal(len(y))
+
+    found = {name: one for name, one in signatures(changed(67, rectified)).items() if one.found}
+    assert set(found) == {"mains line", *(["noise"] if louder_deg else [])}
+    assert found["mains line"].variance_deg2 == pytest.approx(0.8**2 * (0.25 - 1 / np.pi**2), rel=0.1)
+    if louder_deg:
+        assert found["noise"].numbers["std_deg"] == pytest.approx(louder_deg, rel=0.2)
+
+
 def test_dead_spot_is_not_lost_samples() -> None:
     def stuck(t: Column, y: Column) -> Column:
         return np.where((y > 3.0) & (y < 6.0), 3.0, y)
