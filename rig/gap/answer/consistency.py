@@ -2,8 +2,8 @@
 
 An answer contradicts itself when it names an effect whose addition closes nothing, says "explained" and that the
 simulator gets no better, reports a gap that is below the floor and by no other measure above it, puts a cause first
-that explains less than another, states a confidence that its own notes take back, or is surer as a whole than of what
-it says.
+that explains less than another, is surer of a cause than a note that doubts it leaves it, or is surer as a whole than
+of what it says.
 """
 
 from collections.abc import Mapping, Sequence
@@ -13,12 +13,10 @@ from typing import Any
 from rig.gap.answer.facts import RAW
 from rig.gap.hypotheses.library import UNKNOWN
 from rig.gap.hypotheses.scenes import PRESSURES
+from rig.gap.settings import EITHER_CHANCE
 
 SAME = 1.001
 """Values closer than this are the same number."""
-TAKEN_BACK = ("less sure", "do not use", "is wrong")
-"""Words of notes that take back a name."""
-SURE = 0.9
 
 
 def contradictions(diagnosis: Mapping[str, Any]) -> list[str]:
@@ -32,7 +30,7 @@ def contradictions(diagnosis: Mapping[str, Any]) -> list[str]:
         *_floor(diagnosis),
         *_order(causes),
         *_numbers(diagnosis, causes),
-        *_taken_back(diagnosis, named),
+        *_taken_back(causes),
     ]
 
 
@@ -113,11 +111,11 @@ def _numbers(diagnosis: Mapping[str, Any], causes: Sequence[Any]) -> list[str]:
     return said
 
 
-def _taken_back(diagnosis: Mapping[str, Any], named: Sequence[Any]) -> list[str]:
-    """A high confidence beside a note that takes its cause back."""
+def _taken_back(causes: Sequence[Any]) -> list[str]:
+    """A confidence above what the notes that take its cause back leave of it."""
     return [
         f"{cause['effect']} with a confidence of {cause['confidence']:.2f}, and a note takes it back: {note}"
-        for cause in named
-        for note in diagnosis["notes"]
-        if cause["effect"] in note and any(word in note for word in TAKEN_BACK) and cause["confidence"] > SURE
+        for cause in causes
+        for note in cause.get("doubted_by", [])
+        if cause["confidence"] > EITHER_CHANCE
     ]

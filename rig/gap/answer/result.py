@@ -41,6 +41,8 @@ class Cause:
     explained_fraction: float
     ambiguous_with: tuple[str, ...]
     confidence: float
+    doubted_by: tuple[str, ...] = ()
+    """The notes that take it back: what they tell of may have done the same, and it is believed half."""
 
     @property
     def is_named(self) -> bool:
@@ -64,6 +66,7 @@ class Cause:
             "ambiguous_with": list(self.ambiguous_with),
             "confidence": self.confidence,
             "probability": self.confidence,
+            "doubted_by": list(self.doubted_by),
             "added_to_model": None
             if self.applied is None
             else {"effect": self.applied.stage, "parameters": dict(self.applied.numbers)},

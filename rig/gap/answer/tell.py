@@ -52,8 +52,7 @@ def tell(findings: Findings, after: Callable[[Sequence[tuple[str, Fit]]], HowFar
     nameless = Cause(UNKNOWN, "sensor", RAW_DATA, None, {}, before, before, 0.0, (), EITHER_CHANCE)
     strange = [nameless for _ in _strange(findings)]
     causes = [*_causes(findings, kept, before, far, added), *raw, *unknowns, *strange]
-    if findings.expected.pairing.clipped:
-        causes = [replace(cause, confidence=min(cause.confidence, EITHER_CHANCE)) for cause in causes]
+    causes = [_doubted(findings.expected.pairing, cause) for cause in causes]
     if raw and len(raw) == len(causes):  # the gap is told where it was found: smoothed, it is hardly any
         before, left = _raw_gap_deg(raw)
     low, high = _further(kept, before, floor, far, findings.settings) if added else (left, left)
@@ -220,8 +219,20 @@ def _causes(findings: Findings, kept: Sequence[Kept], before: float, far: HowFar
 def trust(pairing: Pairing, name: str) -> float:
     """What is left of an effect's probability where something that is no hypothesis may have done the same: a sensor
     that cuts off its values, another commanded P0."""
-    elsewhere = pairing.elsewhere and name == "co_contraction"
-    return EITHER_CHANCE if name != NONE and (pairing.clipped or elsewhere) else 1.0
+    return EITHER_CHANCE if _doubts(pairing, name) else 1.0
+
+
+def _doubts(pairing: Pairing, name: str) -> tuple[str, ...]:
+    """The notes that take a name back by half."""
+    if name == NONE:
+        return ()
+    return pairing.clipped + (pairing.elsewhere if name == "co_contraction" else ())
+
+
+def _doubted(pairing: Pairing, cause: Cause) -> Cause:
+    """The cause with the notes that take it back, and no surer than they leave it."""
+    notes = _doubts(pairing, cause.effect)
+    return replace(cause, confidence=min(cause.confidence, EITHER_CHANCE), doubted_by=notes) if notes else cause
 
 
 def _unknowns(findings: Findings, kept: Sequence[Kept], before: float) -> list[Cause]:

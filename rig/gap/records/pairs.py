@@ -15,7 +15,7 @@ from rig.gap.records.dropouts import Dropouts, Rows, without_dropouts
 from rig.gap.records.grid import Pair, Session, on_grid
 from rig.gap.records.outliers import without_outliers
 from rig.gap.records.partners import Match, Partner, find_partner, named_session, require_partners
-from rig.gap.records.rest import at_rests, rest_pressure, say_shift
+from rig.gap.records.rest import at_rests, rest_pressure, shifted
 from rig.gap.records.settings import CLIPPED, CLIPPED_OVER_NEXT
 from rig.gap.records.usable import check_direction, check_scale, hole, reasons, runs_against, usable
 from rig.identify.records.monitors import broken_monitor
@@ -34,12 +34,13 @@ class Pairing:
     p0_mpa: float
     notes: tuple[str, ...] = ()
     unpaired: Sequence[str] = ()
-    clipped: bool = False
-    """A sensor seems clipped: what cuts off a value cannot be told from that."""
+    clipped: tuple[str, ...] = ()
+    """The notes of sensors that seem clipped: what cuts off a value cannot be told from that."""
     matches: Sequence[Match] = ()
     """The table: each usable record beside each session, what paired by what, and how far off what did not."""
-    elsewhere: bool = False
-    """The measured P0 lies elsewhere than the earlier days', or the model's, and nobody says which was commanded."""
+    elsewhere: tuple[str, ...] = ()
+    """The note that the measured P0 lies elsewhere than the earlier days', or the model's, where nobody says which was
+    commanded."""
 
     def noting(self, *lines: str) -> "Pairing":
         """The same with further lines for whoever reads the answer."""
@@ -86,7 +87,8 @@ def pair_up(
     case, days = [one.record for one in kept], [other for one in kept for other in one.others]
     p0 = rest_pressure(case, p0_mpa, bool(sessions))
     placed = at_rests(case, [one.others for one in kept], p0_mpa, notes)
-    elsewhere = say_shift(placed, days, p0_mpa, notes)
+    elsewhere = shifted(placed, days, p0_mpa)
+    notes.extend(elsewhere)
     pressed = pressures and _all_have_pressures(case, days, notes)
     pairs = [
         on_grid(record, one.partners, p0, pressed, [fallen[id(each)] for each in (one.record, *one.others)], notes)
@@ -94,7 +96,8 @@ def pair_up(
     ]
     _say_other_input(pairs, notes)
     _check_directions(pairs)
-    clipped = _clipped(pairs, notes)
+    clipped = tuple(_clipped(pairs))
+    notes.extend(clipped)
     return Pairing(pairs, pressed, len(pairs[0].sessions), p0, tuple(notes), unpaired, clipped, matches, elsewhere)
 
 
@@ -236,9 +239,8 @@ def _say_other_input(pairs: Sequence[Pair], notes: list[str]) -> None:
         )
 
 
-def _clipped(pairs: Sequence[Pair], notes: list[str]) -> bool:
-    """Whether a sensor repeats its end value while the command moves on."""
-    before = len(notes)
+def _clipped(pairs: Sequence[Pair]) -> Iterator[str]:
+    """A note for each sensor that repeats its end value while the command moves on."""
     for pair in pairs:
         moves = np.gradient(pair.raw.dp_cmd_mpa) != 0.0
         for what, unit, column in (
@@ -250,11 +252,10 @@ def _clipped(pairs: Sequence[Pair], notes: list[str]) -> bool:
                 continue
             known = np.isfinite(column)
             for word, end, share in _stays(column[known], moves[known]):
-                notes.append(
+                yield (
                     f"{pair.name}: {what} stays at its {word} end {end:.4g} {unit} for {100 * share:.0f} % of "
                     "the time: clipped?"
                 )
-    return len(notes) > before
 
 
 def _stays(column: Column, moves: Rows) -> Iterator[tuple[str, float, float]]:

@@ -49,21 +49,20 @@ def _known_rest(record: Record) -> float | None:
     return said if said is not None else measured_rest(record)
 
 
-def say_shift(records: Sequence[Record], partners: Sequence[Record], p0_mpa: float, notes: list[str]) -> bool:
-    """Whether nobody says P0 and the measured one lies elsewhere than the earlier days', or without them than the
-    model's; a note where it does."""
+def shifted(records: Sequence[Record], partners: Sequence[Record], p0_mpa: float) -> tuple[str, ...]:
+    """The note that the measured P0 lies elsewhere than the earlier days', or without them than the model's, where
+    nobody says it; none where it does not."""
     if any(commanded_rest(record) is not None for record in records):
-        return False
+        return ()
     taken = [float(rest) for record in records if (rest := record.facts.get(MEASURED_REST)) is not None]
     mine, theirs = measured_rests(records), measured_rests(partners) if partners else taken or [p0_mpa]
     if not mine or not theirs or abs(np.median(mine) - np.median(theirs)) <= SHIFTED_MPA:
-        return False
+        return ()
     usual = "in the baselines" if partners else "in the model"
-    notes.append(
+    return (
         f"P0 is {np.median(mine):.2f} MPa by the measured pressures, {np.median(theirs):.2f} MPa {usual}: recorded "
-        "around another P0, or both pressures are shifted"
+        "around another P0, or both pressures are shifted",
     )
-    return True
 
 
 def measured_rests(records: Sequence[Record]) -> list[float]:

@@ -10,6 +10,7 @@ from support.plants.gap_rigs import baselines, identified, session
 
 from rig.errors import RigError
 from rig.gap import diagnose
+from rig.gap.answer.consistency import contradictions
 from rig.gap.answer.result import Diagnosis
 from rig.gap.records.holes import holes_of, unsettled, with_rows
 from rig.model.parameters import AddedEffect, Model
@@ -119,6 +120,13 @@ def test_a_clipped_sensor_gives_no_confident_name(column: str, way: str) -> None
     assert any("clipped?" in note for note in found.notes)
     assert found.causes or way in ("simulator", "sister"), "which may itself miss what a monitor does"
     assert all(cause.confidence <= SURE for cause in found.causes if cause.effect != "unknown")
+    assert contradictions(found.to_json()) == []
+    surer = [replace(cause, confidence=SURE + 0.1) for cause in found.causes]
+    taken_back = contradictions(replace(found, causes=surer, confidence=0.0).to_json())
+    clips = [note for note in found.notes if "clipped?" in note]
+    assert [note for note in clips for _ in surer] == sorted(
+        (line.rpartition("takes it back: ")[2] for line in taken_back), key=clips.index
+    ), "each note that doubts all names is in the way of a surer one"
 
 
 def at_another_p0(said: bool) -> list[Record]:

@@ -71,7 +71,7 @@ def of_gap(**changed: float) -> Diagnosis:
         ),
         (replace(SOUND, causes=(replace(LAG, ambiguous_with=("valve_lag",)),)), "also be itself"),
         (
-            replace(SOUND, notes=["with valve_lag in it the simulator would follow worse: less sure"]),
+            replace(SOUND, causes=(replace(LAG, doubted_by=("run: the monitor of p1 stays at its upper end",)),)),
             "takes it back",
         ),
     ],

@@ -10,13 +10,15 @@ from rig.gap.settings import EITHER_CHANCE
 @pytest.mark.parametrize(
     ("clipped", "elsewhere", "name", "left"),
     [
-        (False, False, "co_contraction", 1.0),
-        (True, False, "sensor_nonlinearity", EITHER_CHANCE),
-        (False, True, "co_contraction", EITHER_CHANCE),
-        (False, True, "delay", 1.0),
-        (True, True, "none", 1.0),
+        ((), (), "co_contraction", 1.0),
+        (("clipped?",), (), "sensor_nonlinearity", EITHER_CHANCE),
+        ((), ("P0",), "co_contraction", EITHER_CHANCE),
+        ((), ("P0",), "delay", 1.0),
+        (("clipped?",), ("P0",), "none", 1.0),
     ],
 )
-def test_what_is_left_of_a_names_probability(clipped: bool, elsewhere: bool, name: str, left: float) -> None:
+def test_what_is_left_of_a_names_probability(
+    clipped: tuple[str, ...], elsewhere: tuple[str, ...], name: str, left: float
+) -> None:
     pairing = Pairing([], True, 0, 0.2, clipped=clipped, elsewhere=elsewhere)
     assert trust(pairing, name) == left

@@ -192,8 +192,8 @@ def test_a_sensor_is_clipped_that_stays_at_its_end_where_it_should_move(
 ) -> None:
     swept = replace(record(), dp_cmd_mpa=command, angle_deg=change(100.0 * command))
     pairing = pair_up([swept], [], 0.2)
-    assert pairing.clipped is clipped
-    assert any("clipped?" in note for note in pairing.notes) is clipped
+    assert bool(pairing.clipped) is clipped
+    assert [note for note in pairing.notes if "clipped?" in note] == list(pairing.clipped)
 
 
 @pytest.mark.parametrize(("correlation", "refused"), [(ANGLE_AGAINST - 0.02, True), (ANGLE_AGAINST + 0.02, False)])
