@@ -56,7 +56,6 @@ SECTIONS: dict[str, tuple[str, dict[str, tuple[str, ...]]]] = {
                 "figures",
                 "library_figures",
                 "blind_check_history",
-                "structure",
             ),
         },
     ),

@@ -1,5 +1,5 @@
 """How the code is laid out, in numbers: `python docs/structure.py [REVISION ...]` counts the checkout, or revisions of
-the repository, and prints tables for docs/reference/structure.md. Source is read as text; the starts are processes.
+the repository beside each other, and prints tables. Source is read as text; the starts are processes.
 
 Counted are rig, drivers and hil: files, lines and functions a room, the longest chain of imports, the largest fan-out,
 circles, runs of lines that stand twice, and how often the way of a diagnosis comes back to a file that it has left.
