@@ -1,4 +1,5 @@
-"""What is asked of columns everywhere: their rms, and the white noise in them."""
+"""What is asked of columns everywhere: their rms, how alike two are, what stands where values are missing, and the
+white noise in them."""
 
 import math
 from collections.abc import Iterable
@@ -29,6 +30,24 @@ def rms(column: Column, used: Column | None = None) -> float:
         return float(np.sqrt(np.mean(column**2))) if len(column) else math.nan
     weight = float(np.sum(used))
     return float(np.sqrt(np.sum(used * column**2) / weight)) if weight else math.nan
+
+
+def correlation(one: Column, other: Column) -> float:
+    """Between -1 and 1, of the rows that both columns (n,) have; 0 where one of them stands still."""
+    both = np.isfinite(one) & np.isfinite(other)
+    if both.sum() < 2 or not np.ptp(one[both]) or not np.ptp(other[both]):
+        return 0.0
+    return float(np.corrcoef(one[both], other[both])[0, 1])
+
+
+def filled_in(column: Column) -> Column:
+    """A new column (n,), missing values on straight lines between their neighbours, at the ends as the nearest; all of
+    them missing where none is known."""
+    known = np.isfinite(column)
+    if known.all() or not known.any():
+        return column.copy()
+    whole: Column = np.interp(np.arange(len(column)), np.flatnonzero(known), column[known])
+    return whole
 
 
 def white_noise(columns: Iterable[Column], *, without_repeats: bool = False) -> float:

@@ -19,7 +19,7 @@ import numpy as np
 
 from rig.blind_check.put_in import PUT_IN, PutIn, reread
 from rig.blind_check.row import CaseKind
-from rig.blind_check.source import BenchData, CaseData, Columns, Commands, Label, Named
+from rig.blind_check.source import Columns, Commands, Label, Named
 from rig.columns import rms, white_noise
 from rig.conditions import commanded_rest
 from rig.errors import RecordError
@@ -46,6 +46,25 @@ LEAST_READINGS: Final = 2
 """Days beside which the held-back records are scored."""
 PAIRED: Final = ("sensor_gain", "sensor_offset", "sensor_nonlinearity", "sensor_drift")
 """What stands beside a delay in a pair."""
+
+
+@dataclass(frozen=True)
+class Bench:
+    """See rig.blind_check.source.BenchData."""
+
+    p0_mpa: float
+    baselines: list[Named]
+    untouched: list[Named]
+    sister: Named
+
+
+@dataclass(frozen=True)
+class Carried:
+    """See rig.blind_check.source.CaseData."""
+
+    records: Named
+    untouched: Named
+    facts: dict[str, Any]
 
 
 @dataclass(frozen=True)
@@ -85,12 +104,12 @@ class RecordsSource:
     def bench_key(self, label: Label) -> str:
         return f"{self.folder.name}-{label['held']}"
 
-    def bench(self, label: Label) -> BenchData:
+    def bench(self, label: Label) -> Bench:
         held = _held(self.folder, int(label["held"]))
         untouched = [day.untouched for day in (*held.days, *held.readings)][: max(len(held.days), LEAST_READINGS)]
-        return BenchData(held.p0_mpa, [_named(day.given) for day in held.days], list(map(_named, untouched)), {})
+        return Bench(held.p0_mpa, [_named(day.given) for day in held.days], list(map(_named, untouched)), {})
 
-    def case(self, label: Label) -> CaseData:
+    def case(self, label: Label) -> Carried:
         held = _held(self.folder, int(label["held"]))
         random = np.random.default_rng(zlib.crc32(f"{label['seed']} {label['number']}".encode()))
         whole = day = held.day if held.several else _again(held.day, int(random.integers(2**31)))
@@ -105,7 +124,7 @@ class RecordsSource:
             day = _put(law, size, day, seed)
         ratio = _ratio(day, whole, held)
         told = {"effects": facts, "ratio_angle": ratio, "ratio_sisters": ratio, "ratio_pressure": None}
-        return CaseData(_named(day.given), _named(day.untouched), told | {"floor_deg": held.floor_deg})
+        return Carried(_named(day.given), _named(day.untouched), told | {"floor_deg": held.floor_deg})
 
     def repeat(self, label: Label, facts: Mapping[str, Any], commands: Commands, number: int) -> Named:
         raise RecordError(f"{self.folder}: nothing can be recorded anew on a rig of which there are records alone")

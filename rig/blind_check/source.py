@@ -4,8 +4,7 @@ Columns are numpy arrays of one record by name (t_s, p1_cmd_mpa, p2_cmd_mpa, dp_
 A source must survive pickling: it is sent to the processes that make and score cases.
 """
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Mapping, Sequence
 from typing import Any, Protocol
 
 from rig.record import Column, Record
@@ -20,25 +19,40 @@ Label = dict[str, Any]
 many), family, and against (days or sisters: what its gap was measured by)."""
 
 
-@dataclass(frozen=True)
-class BenchData:
+class BenchData(Protocol):
     """A healthy unit: its baseline days, and as many days under excitations that no diagnosis is given."""
 
-    p0_mpa: float
-    baselines: list[Named]
-    untouched: list[Named]
-    sister: Named
-    """A healthy day of another rig of the build, under the same commands."""
+    @property
+    def p0_mpa(self) -> float:
+        """The pressure that it is recorded about."""
+
+    @property
+    def baselines(self) -> Sequence[Named]:
+        """Earlier days."""
+
+    @property
+    def untouched(self) -> Sequence[Named]:
+        """As many under other excitations."""
+
+    @property
+    def sister(self) -> Named:
+        """A healthy day of another rig of the build, under the same commands."""
 
 
-@dataclass(frozen=True)
-class CaseData:
-    """One case carried out. `facts`: effects (name -> stage, size, unit, library_parameter, ratio), ratio_angle,
-    ratio_sisters, ratio_pressure."""
+class CaseData(Protocol):
+    """One case carried out."""
 
-    records: Named
-    untouched: Named
-    facts: dict[str, Any] = field(default_factory=dict)
+    @property
+    def records(self) -> Named:
+        """What the diagnosis is given."""
+
+    @property
+    def untouched(self) -> Named:
+        """What it is not."""
+
+    @property
+    def facts(self) -> dict[str, Any]:
+        """effects (name -> stage, size, unit, library_parameter, ratio), ratio_angle, ratio_sisters, ratio_pressure."""
 
 
 class Source(Protocol):

@@ -5,7 +5,7 @@ from typing import Final
 
 import numpy as np
 
-from rig.columns import rms
+from rig.columns import filled_in, rms
 from rig.errors import RecordError
 from rig.record import Column
 
@@ -34,8 +34,7 @@ def score(angle_deg: Column, reference_deg: Column, dp_cmd_mpa: Column, period_s
         raise RecordError("no angle was measured in any row: there is nothing to score")
     error = (reference_deg - angle_deg)[known]
     travel = float(np.sum(np.abs(np.diff(dp_cmd_mpa)))) / max(period_s * (len(dp_cmd_mpa) - 1), period_s)
-    filled = np.interp(np.arange(len(known)), np.flatnonzero(known), angle_deg[known])
-    lag = lag_s(filled, reference_deg, period_s)
+    lag = lag_s(filled_in(angle_deg), reference_deg, period_s)
     return Score(rms(error), float(np.max(np.abs(error))), lag, rms(dp_cmd_mpa), travel)
 
 

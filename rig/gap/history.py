@@ -12,6 +12,7 @@ from rig.channels import PNEUMATIC, Channels
 from rig.gap.answer.result import Diagnosis, Interval
 from rig.gap.change_points import change_points, slope
 from rig.gap.hypotheses.library import LIBRARY
+from rig.gap.settings import FALSE_ALARM_RATE
 from rig.model.effect_stages import EFFECT_STAGES
 from rig.record import Column
 
@@ -19,8 +20,6 @@ GAP: Final = "gap_deg"
 """The quantity of a change in the gap itself; any other is an effect's size, see `size_of`."""
 BY: Final = " by "
 """Between an effect and its number, in a quantity."""
-FALSE_ALARM_RATE: Final = 0.01
-"""Of a series without a change. Less: later and larger changes only."""
 
 
 @dataclass(frozen=True)

@@ -1,7 +1,8 @@
 """A history in sentences."""
 
 from rig.gap.change_points import fewest_days
-from rig.gap.history import FALSE_ALARM_RATE, GAP, Change, Growth, History
+from rig.gap.history import GAP, Change, Growth, History
+from rig.gap.settings import FALSE_ALARM_RATE
 
 
 def told(history: History, unit: str = "deg") -> list[str]:

@@ -13,8 +13,8 @@ import numpy as np
 from rig.gap.settings import Odds
 from rig.record import Column
 
-LEAST_CHANCE = 1e-4
-"""A probability below counts as about this much: no single answer decides."""
+LEAST_COUNTED = 1e-4
+"""A probability that was stated for what is true counts as about this much at least: no single answer decides."""
 HELD = 2.0
 """How firmly odds are held to those before: the standard deviation of a normal prior, in nats. Less: more cases are
 needed to move them."""
@@ -72,4 +72,4 @@ def log_likelihood(judged: Sequence[Judgement], odds: Odds, other: Odds) -> floa
     times = np.tile(np.exp([other.none - odds.none, other.unknown - odds.unknown, 0.0]), (len(judged), 1))
     times[:, [Truth.UNKNOWN, Truth.EFFECT]] *= (now / was)[:, None]
     said = right * times[np.arange(len(judged)), truth] / np.sum(stated * times, axis=1)
-    return float(np.mean(np.log(said + LEAST_CHANCE)))
+    return float(np.mean(np.log(said + LEAST_COUNTED)))

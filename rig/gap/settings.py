@@ -139,6 +139,9 @@ LEAST_EXPLAINED = 0.5
 explain it; with less something unknown makes up the larger part. More: rough laws explain nothing."""
 SPOILT = 1.02
 """A cause that leaves more than this share of the rms in the simulator is not added to it."""
+FALSE_ALARM_RATE = 0.01
+"""How often something is said of a rig with nothing wrong: by a whole diagnosis, at the sizes that a rig can tell; by
+the changes of a history, all its series together. Less: larger sizes, later and larger changes only."""
 PRIORS = Path(__file__).with_name("priors.yaml")
 
 

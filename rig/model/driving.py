@@ -1,7 +1,6 @@
 """The pressures that drive a model over a record: the set-points in force, or what was measured."""
 
-import numpy as np
-
+from rig.columns import filled_in
 from rig.errors import RecordError
 from rig.model.parameters import Input
 from rig.model.resample import held_commands
@@ -21,7 +20,7 @@ def driving_pressures(grid: Record, drive: Input, p0_mpa: float) -> tuple[Column
         return held_commands(grid, p0_mpa)
     if grid.p1_mpa is None or grid.p2_mpa is None:
         raise RecordError(f"{grid.name}: the pressures were not measured; drive the model by the command instead")
-    return _quiet(_whole(grid.p1_mpa), grid.period_s), _quiet(_whole(grid.p2_mpa), grid.period_s)
+    return _quiet(filled_in(grid.p1_mpa), grid.period_s), _quiet(filled_in(grid.p2_mpa), grid.period_s)
 
 
 def _quiet(pressure: Column, dt_s: float) -> Column:
@@ -29,13 +28,3 @@ def _quiet(pressure: Column, dt_s: float) -> Column:
     its input and would carry it into the angle; a hysteresis that is shaken creeps to the middle of its loop."""
     rows = round(SMOOTH_S / dt_s) // 2 * 2 + 1
     return through_parabolas(pressure, rows) if 5 <= rows <= len(pressure) else pressure
-
-
-def _whole(column: Column) -> Column:
-    """A new column, missing values on straight lines between their neighbours."""
-    known = np.isfinite(column)
-    if known.all() or not known.any():
-        return column.copy()
-    rows = np.arange(len(column))
-    whole: Column = np.interp(rows, rows[known], column[known])
-    return whole

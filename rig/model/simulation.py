@@ -16,13 +16,15 @@ from rig.model.chain import check_lateness, lay_out
 from rig.model.compiled.stages import compiled
 from rig.model.driving import driving_pressures
 from rig.model.external.simulator import External
-from rig.model.parameters import Input, Model, StageKind
+from rig.model.parameters import KINDS, Input, Model, StageKind
 from rig.model.resample import on_clock
 from rig.model.slots import Placed, Slot
 from rig.record import Column, Record
 
 DIVERGED_DEG = 1e4
 """An angle beyond this is no angle: the parameter set diverges under that input."""
+_Y_UNIT = KINDS[Slot.MUSCLE][StageKind.MBW].index("y_unit_deg")
+"""Where `lay_out` puts it of either kind: the one without second terms runs as the other."""
 
 
 def run_stages(
@@ -33,7 +35,7 @@ def run_stages(
         state = np.zeros(max(stage.n_state, 1))
         params = np.array(stage.params or (0.0,))
         if stage.name in (StageKind.MBW, StageKind.BW):
-            state[2] = start_deg / params[10]
+            state[2] = start_deg / params[_Y_UNIT]
         if isinstance(stage.stage, External):
             state[0] = start_deg
         run: Any = stage.stage if isinstance(stage.stage, External) else compiled(stage.stage)

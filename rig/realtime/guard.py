@@ -26,6 +26,10 @@ from rig.sample import (
 
 _NO_FAULT = Fault.NONE  # by a name of this module: looking a member up in its class takes as long as a call
 _ROUNDING_MPA = 1e-9  # as the check before the start allows it: what is on a limit is not clipped
+MOST_ANGLE_DEG = 720.0
+"""A measured angle further than this either way, deg, cannot be true: a joint is allowed a turn from its zero at most
+(`Limits.angle_deg`), and that zero lies within a turn of the sensor's own. Less: a sensor that is mounted a turn off
+counts as broken; more: a value without sense is first told by its jump."""
 
 
 @dataclass(frozen=True)
@@ -187,7 +191,7 @@ class Guard:
     def _implausible_angle(self, now: Measurement) -> bool:
         """The same of the angle."""
         return not now.flags & ANGLE_ABSENT and (
-            not -720.0 <= now.angle_deg <= 720.0
+            not -MOST_ANGLE_DEG <= now.angle_deg <= MOST_ANGLE_DEG
             or abs(now.angle_deg - self._previous.angle_deg) > self.limits.angle_jump_deg
         )
 

@@ -9,7 +9,8 @@ from typing import Any, Final
 
 from rig.app.gap.diagnosing import Campaign, Case, DiagnosisOptions, diagnose_campaign
 from rig.errors import ConfigError
-from rig.gap.history import FALSE_ALARM_RATE, Day, History, day_of
+from rig.gap.history import Day, History, day_of
+from rig.gap.settings import FALSE_ALARM_RATE
 from rig.own_units import own_plain
 
 _DATE: Final = re.compile(r"(\d{4})-?(\d{2})-?(\d{2})")

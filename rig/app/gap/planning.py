@@ -18,14 +18,14 @@ from rig.gap.answer.result import Interval
 from rig.gap.answer.words.sizes import size
 from rig.gap.hypotheses.library import LIBRARY
 from rig.gap.plan.candidates import Room, candidates, lasting_s, planned, sweep_text
-from rig.gap.plan.capability import FALSE_ALARM_RATE, Ability, Capability, capability
+from rig.gap.plan.capability import Ability, Capability, capability
 from rig.gap.plan.data_sheet import ALLOWED, Allowed
 from rig.gap.plan.design import Design, DetectionPower, appraise, design
 from rig.gap.plan.raw_ability import raw_abilities
 from rig.gap.plan.rehearse import rehearse, within
 from rig.gap.records.usable import reasons, usable
 from rig.gap.reference.build import Kind
-from rig.gap.settings import fitted
+from rig.gap.settings import FALSE_ALARM_RATE, fitted
 from rig.own_units import factor, own_plain
 from rig.record import Record
 from rig.rig_config import load_rig

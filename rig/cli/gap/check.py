@@ -25,6 +25,7 @@ from rig.outputs import Kind
 
 if TYPE_CHECKING:
     from rig.blind_check.folder import CheckFolder
+    from rig.blind_check.source import Source
 
 
 @click.group(cls=Group, invoke_without_command=True, short_help="The blind check of the diagnosis.")
@@ -191,7 +192,7 @@ def compare(first: Path, other: Path, html_to: Path | None, json_to: str | None)
     emit(found.to_json(), json_to)
 
 
-def _sealed(folder: "CheckFolder", drawn: Drawn, json_to: str | None) -> Any:
+def _sealed(folder: "CheckFolder", drawn: Drawn, json_to: str | None) -> "Source":
     """The generator of the cases; the hash of their labels is printed before anything is computed."""
     from rig.app.gap.check.blind_checking import seal, source_and_modes
 

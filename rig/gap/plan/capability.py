@@ -14,11 +14,9 @@ from rig.gap.plan.directions import Direction, columns, ladder, sized, unit_of, 
 from rig.gap.plan.information import inform, needed_separation, separations
 from rig.gap.plan.rehearse import factors_of
 from rig.gap.reference.build import Expected
-from rig.gap.settings import Fitted, Odds, Prior
+from rig.gap.settings import FALSE_ALARM_RATE, Fitted, Odds, Prior
 from rig.record import Column
 
-FALSE_ALARM_RATE = 0.01
-"""Of a whole diagnosis, at which sizes are said. Less: larger sizes."""
 CHANCE = 0.9
 """With which an effect of the said size is seen, or named. More: larger sizes."""
 NAMED = 0.95

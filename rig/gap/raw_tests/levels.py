@@ -5,7 +5,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from rig.columns import MAD_TO_STD, grouped_median, on_even_steps, rms, white_noise
+from rig.columns import MAD_TO_STD, filled_in, grouped_median, on_even_steps, rms, white_noise
 from rig.gap.raw_tests.settings import NOISE_WINDOW_ROWS
 from rig.record import Column, Record
 from rig.smoothing import running_mean
@@ -14,13 +14,6 @@ from rig.smoothing import running_mean
 def angles_of(records: Sequence[Record]) -> list[Column]:
     """The measured angles, (n,) each; missing values are NaN."""
     return [record.angle_deg for record in records if record.angle_deg is not None]
-
-
-def filled(column: Column) -> Column:
-    """Missing values on straight lines between their neighbours."""
-    rows, known = np.arange(len(column)), np.isfinite(column)
-    whole: Column = np.interp(rows, rows[known], column[known])
-    return whole
 
 
 def high_rms(angle_deg: Column) -> float:
@@ -73,7 +66,7 @@ def level_beside_deg(step: float, angles: Sequence[Column]) -> float:
 
 def _rest(angle: Column) -> Column:
     """What a running mean leaves, where nothing is missing within its window."""
-    whole = filled(on_even_steps(angle))
+    whole = filled_in(on_even_steps(angle))
     beside = running_mean((~np.isfinite(angle)).astype(float), NOISE_WINDOW_ROWS) > 0.5 / NOISE_WINDOW_ROWS
     rest: Column = (whole - running_mean(whole, NOISE_WINDOW_ROWS))[~beside]
     return rest

@@ -7,8 +7,8 @@ from functools import partial
 
 import numpy as np
 
-from rig.columns import THIRD_DIFFERENCE_POWER, rms, white_noise
-from rig.gap.raw_tests.levels import Measure, angles_of, filled, level_deg, white_level_deg
+from rig.columns import THIRD_DIFFERENCE_POWER, filled_in, rms, white_noise
+from rig.gap.raw_tests.levels import Measure, angles_of, level_deg, white_level_deg
 from rig.gap.raw_tests.settings import (
     CLEAR,
     DAYS_NOISE,
@@ -110,7 +110,7 @@ def _without_strongest(lines: Sequence[Signature], cases: Sequence[Record]) -> l
 def _beside_the_motion(angles: Sequence[Column], *, rows: Sequence[float], without_repeats: bool) -> float:
     """White noise as a fingerprint measures it, without what of the motion, smoothed over so many rows, third
     differences let through."""
-    motions = [smoothed(filled(angle), over, mirrored=True) for angle, over in zip(angles, rows, strict=True)]
+    motions = [smoothed(filled_in(angle), over, mirrored=True) for angle, over in zip(angles, rows, strict=True)]
     level = white_noise(angles, without_repeats=without_repeats)
     return float(np.sqrt(max(level**2 - white_noise(motions) ** 2, 0.0)))
 
@@ -130,7 +130,7 @@ def _as_sampled(measure: Measure, cases: Sequence[Record], session: Sequence[Rec
         [
             np.interp(case.t_s, day.t_s, _motion(day)) + own * random.standard_normal(len(case))
             if elsewhere
-            else filled(day.angle_deg)
+            else filled_in(day.angle_deg)
             for case, day, elsewhere in pairs
             if day.angle_deg is not None
         ]
@@ -145,7 +145,7 @@ def _elsewhere(case: Record, day: Record) -> bool:
 def _motion(day: Record) -> Column:
     """(n,) the angle without what changes from row to row, smoothed as the diagnosis does."""
     assert day.angle_deg is not None
-    return smoothed(filled(day.angle_deg), SMOOTHING_S / day.period_s)
+    return smoothed(filled_in(day.angle_deg), SMOOTHING_S / day.period_s)
 
 
 def _spread(levels: Sequence[float]) -> float:

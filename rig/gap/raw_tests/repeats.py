@@ -12,7 +12,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from rig.gap.raw_tests.levels import Measure, angles_of, filled, level_deg
+from rig.columns import filled_in
+from rig.gap.raw_tests.levels import Measure, angles_of, level_deg
 from rig.gap.raw_tests.settings import (
     CHANCE_SPREAD,
     LEAST_LOST,
@@ -148,7 +149,7 @@ def count(records: Sequence[Record], least: float) -> Repeats:
     moved: list[Places] = []
     stood: list[Places] = []
     for angle in angles_of(records):
-        slope = np.gradient(smoothed(filled(angle), SLOPE_ROWS, mirrored=True))[1:-1]
+        slope = np.gradient(smoothed(filled_in(angle), SLOPE_ROWS, mirrored=True))[1:-1]
         steps = np.diff(angle)
         known = np.isfinite(steps[:-1]) & np.isfinite(steps[1:]) & ~_beside_holes(angle)[1:-1]
         if not known.any():
@@ -253,7 +254,7 @@ def _dealt(records: Sequence[Record], step: float) -> list[Record]:
     random = np.random.default_rng(0)
     dealt = []
     for record, angle in zip(records, angles_of(records), strict=True):
-        whole = filled(angle)
+        whole = filled_in(angle)
         smooth = smoothed(whole, SLOPE_ROWS, mirrored=True)
         noise = np.roll(whole - smooth, int(random.integers(len(whole) // 4, 3 * len(whole) // 4 + 1)))
         own = math.sqrt(max(1.0 - step**2 / 12.0 / max(float(np.var(noise)), 1e-30), 0.0))

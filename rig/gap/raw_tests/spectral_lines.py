@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from rig.gap.raw_tests.levels import filled
+from rig.columns import filled_in
 from rig.gap.raw_tests.settings import (
     BESIDE_FROM_HZ,
     BESIDE_TO_HZ,
@@ -244,7 +244,7 @@ def _alias(line_hz: float, rate_hz: float) -> float:
 def without_lines(record: Record, lines_hz: Sequence[float]) -> Column:
     """The angle with a narrow notch at each line."""
     assert record.angle_deg is not None
-    rate, left = 1.0 / record.period_s, filled(record.angle_deg)
+    rate, left = 1.0 / record.period_s, filled_in(record.angle_deg)
     for alias in dict.fromkeys(round(_alias(line_hz, rate), 6) for line_hz in lines_hz):
         left = _notched(left, alias, rate)
     return left

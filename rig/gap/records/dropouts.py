@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rig.columns import white_noise
+from rig.columns import filled_in, white_noise
 from rig.gap.records.filtered import before_filter, passed_in_a_row, through_filter
 from rig.gap.records.settings import (
     ABRUPT,
@@ -128,11 +128,11 @@ def _in_column(name: str, seen: _Seen, longest: int, rails: Sequence[float], pas
         fallen, moments, bursts = _falls(known, rows, jump, longest)
         known = np.where(fallen, np.nan, known)  # nothing falls from where a sample had fallen to
         if bursts and fallen.mean() < MOST_FALLEN:
-            course = _bridged(column, fallen)
+            course = filled_in(np.where(fallen, np.nan, column))
             visible = np.isfinite(column) & (np.abs(course - rail) > jump)
             level = float(np.median(column[fallen]))
             if passed < 1.0:
-                fell = read - through_filter(_bridged(column, moments), passed)
+                fell = read - through_filter(filled_in(np.where(moments, np.nan, column)), passed)
                 moments = np.abs(fell) > _tolerance(read)
             else:
                 fell = np.where(fallen, column - course, 0.0)
@@ -207,13 +207,6 @@ def _back_at(column: Column, start: int, end: int, jump: float) -> int | None:
         if abs(column[row] - before) < min(max(RETURNS * depth, moved), MOST_MOVED * depth):
             return row
     return end if end == len(column) else None
-
-
-def _bridged(column: Column, gone: Rows) -> Column:
-    known = np.isfinite(column) & ~gone
-    rows = np.arange(len(column))
-    bridged: Column = np.interp(rows, rows[known], column[known])
-    return bridged
 
 
 def _often_enough(found: Sequence[Sequence[Dropouts]]) -> set[float]:

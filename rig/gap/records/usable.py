@@ -8,6 +8,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from rig.columns import correlation
 from rig.errors import ModelError, RecordError
 from rig.gap.records.settings import (
     AGAINST,
@@ -32,7 +33,6 @@ from rig.identify.records.data import strange_units
 from rig.identify.records.monitors import (
     LONGEST_LAG_S,
     STILL_MPA,
-    correlation,
     correlations,
     follows,
     nothing_answers,

@@ -5,6 +5,7 @@ from typing import Final
 
 import numpy as np
 
+from rig.columns import correlation
 from rig.record import Column, Record
 
 SLOWEST_S: Final = 0.5
@@ -51,11 +52,3 @@ def mix_ups(record: Record) -> list[str]:
 def _range(column: Column | None) -> float:
     known = np.zeros(1) if column is None else column[np.isfinite(column)]
     return float(np.ptp(known)) if len(known) else 0.0
-
-
-def correlation(a: Column, b: Column) -> float:
-    """Between -1 and 1 over the rows that both have; 0 where one of them stands still."""
-    there = np.isfinite(a) & np.isfinite(b)
-    if there.sum() < 2 or not np.ptp(a[there]) or not np.ptp(b[there]):
-        return 0.0
-    return float(np.corrcoef(a[there], b[there])[0, 1])

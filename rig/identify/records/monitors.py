@@ -97,7 +97,7 @@ def correlations(record: Record, column: Column, command: Column, every: int = 1
 
 
 def _at_lags(said: Column, heard: Column, lags: NDArray[np.int64]) -> Column:
-    """`correlation` of the rows of `heard` (n,) that are so many rows later, 0 first, with those of `said` (n,).
+    """Correlations of the rows of `heard` (n,) that are so many rows later, 0 first, with those of `said` (n,).
 
     Means and squares of all these stretches are differences of one sum each; only the products are formed anew.
     """
@@ -109,9 +109,3 @@ def _at_lags(said: Column, heard: Column, lags: NDArray[np.int64]) -> Column:
     left, right = squares - ones**2 / rows, other_squares - others**2 / rows
     moves = (left > _STILL * squares[0]) & (right > _STILL * other_squares[0])
     return np.where(moves, together / np.sqrt(np.where(moves, left * right, 1.0)), 0.0)
-
-
-def correlation(one: Column, other: Column) -> float:
-    """Between -1 and 1; 0 where one of them stands still."""
-    one, other = one - one.mean(), other - other.mean()
-    return float(one @ other / max(float(np.sqrt((one @ one) * (other @ other))), 1e-30))

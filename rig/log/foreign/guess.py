@@ -14,6 +14,7 @@ from typing import Any, Final
 import numpy as np
 
 from rig.channels import LONGEST_NAME, Channel
+from rig.columns import correlation
 from rig.errors import RecordError
 from rig.further import PLACES, RESERVED
 from rig.log.foreign.delimited import Style, read_lines, text_table
@@ -237,7 +238,7 @@ def _add_other_muscle(found: Guess, one: _Seen, side: int, measured: Sequence[_S
     if len(measured) >= 2:
         other = _sides(measured, Guess(), "")[side - 1]
         theirs = converted(other.values, _pressure_unit(other)[0], unit, other.name)
-        scale = -1.0 if _correlation(theirs, one.values) < _AGAINST else 0.0
+        scale = -1.0 if correlation(theirs, one.values) < _AGAINST else 0.0
         about, why = float(np.nanmedian(theirs - scale * one.values)), f"as {other.name!r} does"
     offset = float(f"{about:.4g}")
     found.mapping["columns"][name] = {"source": one.name, "unit": unit, "scale": scale, "offset": offset}
@@ -281,7 +282,7 @@ def _sides(pair: Sequence[_Seen], found: Guess, what: str) -> tuple[_Seen, _Seen
 
 
 def _unswapped(first: _Seen, second: _Seen, command: Array, found: Guess) -> tuple[_Seen, _Seen]:
-    if _correlation(first.values - second.values, command) > _AGAINST:
+    if correlation(first.values - second.values, command) > _AGAINST:
         return first, second
     found.doubts.append(
         f"{first.name!r} - {second.name!r} runs against the command: they are taken the other way round"
@@ -298,7 +299,7 @@ def _pressure_unit(one: _Seen) -> tuple[str, str]:
 
 
 def _say_sign(found: Guess, angle: _Seen, command: Array) -> None:
-    turned = _correlation(angle.values, command)
+    turned = correlation(angle.values, command)
     if turned < _AGAINST:
         found.doubts.append(
             f"{angle.name!r} falls where the command rises (correlation {turned:.2f}); `scale: -1` turns its sign, if "
@@ -385,10 +386,3 @@ def _add(found: Guess, name: str, one: _Seen, unit: tuple[str, str]) -> None:
     values = _known(one)
     reached = f"{values.min():.4g} to {values.max():.4g}"
     found.meaning.append(f"{name}: {one.name!r} in {unit[0]} ({unit[1]}): {reached}")
-
-
-def _correlation(one: Array, other: Array) -> float:
-    both = np.isfinite(one) & np.isfinite(other)
-    if both.sum() < 2 or not np.ptp(one[both]) or not np.ptp(other[both]):
-        return 0.0
-    return float(np.corrcoef(one[both], other[both])[0, 1])

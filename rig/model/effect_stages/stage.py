@@ -1,6 +1,5 @@
 """What is known of an effect's stage: where it enters the chain, its numbers with unit, bounds and neutral value."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -57,10 +56,6 @@ class EffectStage:
     def from_rest(self) -> bool:
         """It acts on how far the joint is from where it rests, whatever the sensor shows there."""
         return self.slot is Slot.JOINT and self.effect not in AT_AN_ANGLE
-
-    def n_state(self, params: Sequence[float], dt_s: float) -> int:
-        """Length of the state; the same for all values."""
-        return self.state_size
 
     def neutral(self) -> dict[str, float]:
         """The parameters that leave the chain as it is (with shapes at their usual values)."""

@@ -5,7 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from rig.identify.records.monitors import FOLLOWED_S, LONGEST_LAG_S, correlation, correlations, dead_monitor, unheard
+from rig.columns import correlation
+from rig.identify.records.monitors import FOLLOWED_S, LONGEST_LAG_S, correlations, dead_monitor, unheard
 from rig.record import Column, Record
 
 T_S = np.arange(0.0, 8.0, FOLLOWED_S)

@@ -7,7 +7,7 @@ import pytest
 
 from rig.interfaces import Measurement
 from rig.realtime.faults import Fault
-from rig.realtime.guard import Bucket, Guard, Limits
+from rig.realtime.guard import MOST_ANGLE_DEG, Bucket, Guard, Limits
 from rig.sample import Flag
 
 PERIOD_S = 0.005
@@ -95,6 +95,14 @@ def test_a_broken_wire_is_told_rather_than_the_bad_value_it_gives() -> None:
 
 def test_the_first_measurement_is_no_jump() -> None:
     assert guard().check(GOOD._replace(angle_deg=80.0), 80.0, False) == (0, Fault.NONE)
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+@pytest.mark.parametrize(("beyond_deg", "suspect"), [(-1.0, False), (1.0, True)])
+def test_a_sensor_may_be_mounted_a_turn_off_and_no_more(beyond_deg: float, suspect: bool, side: float) -> None:
+    angle_deg = side * (MOST_ANGLE_DEG + beyond_deg)
+    flags, fault = guard().check(GOOD._replace(angle_deg=angle_deg), 0.0, False)
+    assert (bool(flags & Flag.SUSPECT), fault) == (suspect, Fault.NONE)
 
 
 def test_a_sensor_of_the_rig_that_gives_nothing_is_suspect_and_one_it_does_not_have_is_not() -> None:

@@ -18,6 +18,7 @@ from rig.blind_check.follow_up import commands_of
 from rig.blind_check.generate import draw, open_labels
 from rig.blind_check.modes import GROUPS, measures_of, names_of
 from rig.blind_check.real_source import RecordsSource
+from rig.blind_check.source import Source
 from rig.errors import ConfigError, RecordError
 from rig.gap.hypotheses.library import LIBRARY
 from rig.gap.settings import fitted
@@ -32,7 +33,7 @@ def source_of(
     families: Sequence[str] = FAMILIES,
     groups: Sequence[str] = tuple(GROUPS),
     sweep: Path | None = None,
-) -> Any:
+) -> Source:
     """The generator: this is the only place that knows both it and the check. Effects that the library lacks are not
     asked for. With a `sweep` every day is recorded under it."""
     purpose = Purpose.DEVELOPMENT if development else Purpose.SCORING
@@ -46,7 +47,7 @@ def source_and_modes(
     families: Sequence[str] = (),
     groups: Sequence[str] = (),
     sweep: Path | None = None,
-) -> tuple[Any, tuple[str, ...]]:
+) -> tuple[Source, tuple[str, ...]]:
     """The generator, plants or somebody's records, and the ways of asking; ConfigError for one that records do not
     allow."""
     if records is None:
@@ -74,7 +75,7 @@ def new_folder() -> Path:
 
 
 def seal(
-    source: Any,
+    source: Source,
     folder: CheckFolder,
     cases: int,
     seed: int | None,
