@@ -33,13 +33,10 @@ def summary_of(kind: object) -> str:
 
 
 class Driver(Protocol):
-    """What the class of a driver offers beside the calls of a Device."""
+    """What the class of a driver offers beside the calls of a Device; see rig.interfaces.Abilities."""
 
     Settings: type[Any]
-    """A dataclass (see rig.config). It may have `wires`, the names of what the device drives, the same for every
-    process of the machine: one at a time is let to them; `range_mpa(role)`, the pressures that a valve can be given
-    (low, high), which the rig's limits have to keep to; and `wired_to(role)`, the names of what a role is wired to,
-    which no role of another device may share."""
+    """A dataclass (see rig.config); what it may tell beside its fields stands in rig.interfaces.Wiring."""
 
     def __call__(self, settings: Any, context: DeviceContext) -> Device:
         """A closed device; nothing is opened and nothing moves."""

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Final, TypeVar
 
 from rig.errors import ConfigError, DeviceError, DeviceLost, DevicePending
-from rig.interfaces import Clock, Device, Measurement, Role
+from rig.interfaces import Abilities, Clock, Device, Measurement, Role, abilities_of
 from rig.sample import Flag
 
 _FIELDS: Final = {
@@ -24,10 +24,11 @@ _ABSENT: Final = {
 _FURTHER: Final = tuple(Measurement._fields.index(f"further_{place}") for place in (1, 2, 3, 4))
 _EMPTY: Final = tuple(Measurement())
 _FLAGS: Final = Measurement._fields.index("flags")
+P = TypeVar("P")
 T = TypeVar("T")
 
 
-class MixedRig:
+class MixedRig(Abilities):
     """Several devices with the roles divided among them.
 
     Set-points go to the devices one after the other, so the two valves change together only within the slower device's
@@ -50,14 +51,11 @@ class MixedRig:
                 raise ConfigError(f"roles: {role.value} is filled by two devices")
         self.roles = frozenset(claimed)
         self._writers = [part for part in parts if part.roles & {Role.VALVE_1, Role.VALVE_2}]
-        self._readers = [_reader(part) for part in parts if part.roles & set(_FIELDS) or _reads_further(part)]
+        self._able = [abilities_of(part) for part in self._writers]
+        self.second_path = all(part.second_path for part in self._able)
+        self._readers = [_reader(part) for part in parts if part.roles & set(_FIELDS) or abilities_of(part).further]
         self._absent = sum(flag for role, flag in _ABSENT.items() if role not in self.roles)
         self._is_open = False
-
-    @property
-    def second_path(self) -> bool:
-        """Whether another process can make the rig safe by instances of its own; all devices must allow it."""
-        return all(getattr(part, "second_path", True) for part in self._writers)
 
     def open(self) -> Mapping[str, str]:
         """Open all; when one cannot be opened, none stays open."""
@@ -115,25 +113,21 @@ class MixedRig:
 
     def holds_safe(self) -> bool | None:
         """Whether every valve's device holds its safe set-point; None when one of them cannot tell."""
-        held = self._every(
-            self._writers, lambda part: getattr(part, "holds_safe", lambda: None)(), at_once=not self._is_open
-        )
+        held = self._every(self._able, lambda part: part.holds_safe(), at_once=not self._is_open)
         return False if False in held else None if None in held else True
 
     def keep(self) -> None:
         """Feed the watchdog of every valve's device that has one, whatever happens to the others."""
-        self._every(self._writers, lambda part: getattr(part, "keep", lambda: None)())
+        self._every(self._able, lambda part: part.keep())
 
     def stand_by(self) -> None:
         """Let every device with a valve get ready for `safe`, where it knows how."""
-        for part in self._writers:
-            ready = getattr(part, "stand_by", None)
-            if ready is not None:
-                ready()
+        for part in self._able:
+            part.stand_by()
 
     def twin(self, clock: Clock) -> "MixedRig | None":
         """A mixture of the parts' twins, for rehearsals; None when one has none."""
-        twins = [found for part in self._parts if (found := getattr(part, "twin", lambda _: None)(clock))]
+        twins = [found for part in self._parts if (found := abilities_of(part).twin(clock))]
         return MixedRig(twins, clock, self._period_ns) if len(twins) == len(self._parts) else None
 
     def close(self) -> None:
@@ -149,7 +143,7 @@ class MixedRig:
             )
 
     @staticmethod
-    def _every(parts: Sequence[Device], call: Callable[[Device], T], *, at_once: bool = False) -> list[T]:
+    def _every(parts: Sequence[P], call: Callable[[P], T], *, at_once: bool = False) -> list[T]:
         """What each part answered, in their order. A bug of one part's driver is raised as it is, when all have been
         called."""
         answers: dict[int, T] = {}
@@ -175,11 +169,6 @@ class MixedRig:
                 raise bug
         _raise_worst([error for _, error in sorted(errors.items()) if isinstance(error, DeviceError)])
         return [answers[place] for place in range(len(parts))]
-
-
-def _reads_further(part: Device) -> bool:
-    """Whether a part has further channels in its settings."""
-    return bool(getattr(part, "further", ()))
 
 
 def _reader(part: Device) -> tuple[Device, tuple[int, ...], list[tuple[int, int]], int]:

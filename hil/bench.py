@@ -11,14 +11,14 @@ from typing import TypeVar
 
 from hil.modelled_rig import ModelledRig
 from rig.fields import bounded
-from rig.interfaces import NAN, DeviceContext, Measurement
+from rig.interfaces import NAN, DeviceContext, Measurement, Wiring
 from rig.model.chain import Chain
 from rig.model.parameters import AddedEffect, Model, StageModel, load_model
 from rig.sample import BROKEN_WIRE, P1_ABSENT, P2_ABSENT
 
 
 @dataclass(frozen=True)
-class SimulatedSettings:
+class SimulatedSettings(Wiring):
     """The simulated rig's part of a rig's YAML."""
 
     model: Path

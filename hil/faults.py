@@ -15,7 +15,7 @@ from pathlib import Path
 from hil.bench import SimulatedRig, SimulatedSettings
 from hil.terminals import Terminals
 from rig.errors import DeviceError, DeviceLost
-from rig.interfaces import NAN, DeviceContext, Measurement
+from rig.interfaces import NAN, Abilities, DeviceContext, Measurement
 from rig.sample import BROKEN_WIRE
 
 
@@ -66,7 +66,7 @@ class FaultySettings(SimulatedSettings):
         return (os.path.realpath(self.terminals),)
 
 
-class FaultyRig:
+class FaultyRig(Abilities):
     """A simulated rig with terminals of its own and faults on demand."""
 
     Settings = FaultySettings

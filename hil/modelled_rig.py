@@ -9,7 +9,7 @@ from dataclasses import replace
 from typing import Any, ClassVar, Generic, Self, TypeVar
 
 from rig.errors import DeviceError, DeviceLost
-from rig.interfaces import Clock, DeviceContext, Role
+from rig.interfaces import Abilities, Clock, DeviceContext, Measurement, Role
 from rig.sample import P1_ABSENT, P2_ABSENT
 
 _REGULATOR_MPA = 0.5  # top of the ITV1030/2030's range
@@ -17,7 +17,7 @@ _REGULATOR_MPA = 0.5  # top of the ITV1030/2030's range
 SettingsT = TypeVar("SettingsT")
 
 
-class ModelledRig(ABC, Generic[SettingsT]):
+class ModelledRig(Abilities, ABC, Generic[SettingsT]):
     """A whole rig whose plant advances in steps of `step_ns`: at each call it is taken to the clock's now under the
     set-points that stood meanwhile. It never sleeps."""
 
@@ -48,6 +48,10 @@ class ModelledRig(ABC, Generic[SettingsT]):
     @abstractmethod
     def facts(self) -> Mapping[str, str]:
         """What a record says of it."""
+
+    @abstractmethod
+    def read(self) -> Measurement:
+        """The plant now."""
 
     def open(self) -> Mapping[str, str]:
         """Start the plant's time, or let it go on from where it was closed."""

@@ -9,12 +9,12 @@ from dataclasses import dataclass, field
 
 from hil.modelled_rig import ModelledRig
 from rig.fields import bounded
-from rig.interfaces import NAN, DeviceContext, Measurement
+from rig.interfaces import NAN, DeviceContext, Measurement, Wiring
 from rig.sample import P1_ABSENT, P2_ABSENT
 
 
 @dataclass(frozen=True)
-class PhysicsSettings:
+class PhysicsSettings(Wiring):
     """The physics rig's part of a rig's YAML."""
 
     family: str = "mckibben"

@@ -1,10 +1,14 @@
-"""The protocols at which the rooms meet: a device, a clock, and what passes between them and the loop."""
+"""The protocols at which the rooms meet: a device with its abilities, a clock, and what passes between them and the
+loop."""
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
-from typing import NamedTuple, Protocol
+from types import MappingProxyType
+from typing import Any, NamedTuple, Protocol, TypeVar
 
+T = TypeVar("T")
 NAN = float("nan")
 
 
@@ -83,7 +87,8 @@ class DeviceContext:
 
 
 class Device(Protocol):
-    """One piece of hardware, or a stand-in. Called from one thread only.
+    """One piece of hardware, or a stand-in. Called from one thread only. What it may offer beside stands in Abilities,
+    what its settings may tell in Wiring.
 
     Every call returns within one period or raises: DeviceError when the next call may work, DeviceLost when it cannot.
     No call but `write` and `safe` changes an output; `open` and `close` leave outputs as the class documents.
@@ -119,22 +124,86 @@ class Device(Protocol):
         """Let go of the hardware. Idempotent; does not change outputs (call `safe` first)."""
 
 
-class ReadsBack(Protocol):
-    """What a device may offer beside `Device`: to tell what stands at its outputs."""
+class Abilities:
+    """What a device may offer beside `Device`, and what stands for it where it does not. A driver derives from this
+    class and overrides what its hardware can; nothing here moves an output."""
+
+    second_path: bool = True
+    """Another process can make the plant safe by an instance of its own: set-points stand when the loop is gone. False
+    for a plant that ends with the loop's process; asked of the class."""
+    further: tuple[str, ...] = ()
+    """Names of the rig's further channels that it reads."""
 
     def holds_safe(self) -> bool | None:
         """Whether the safe set-points stand at the outputs, by the device's own word and not by memory; None when it
-        cannot tell.
+        cannot tell, as here.
 
-        Moves nothing. Legal in any state, and before `open` (then it opens for just this). DeviceError when it was
-        asked in vain.
+        Legal in any state, and before `open` (then it opens for just this). DeviceError when it was asked in vain.
         """
-
-
-class Keeps(Protocol):
-    """What a device with a watchdog of its own may offer beside `Device`."""
+        return None
 
     def keep(self) -> None:
-        """Let the watchdog know of us, in a tick in which nothing is read or written: another device of the rig was
-        lost, and this one is to stay at its safe set-points. Changes no output, and returns within one period.
-        DeviceError when it could not be reached."""
+        """Let the device's own watchdog know of us, in a tick in which nothing is read or written: another device of
+        the rig was lost, and this one is to stay at its safe set-points. Returns within one period; DeviceError when it
+        could not be reached. Here: there is no watchdog."""
+
+    def stand_by(self) -> None:
+        """Get ready for `safe`, so that it is quick: asked of the instance of whoever may need it, the supervisor.
+        RigError where that fails; `safe` then opens what it needs. Here: `safe` needs nothing."""
+
+    def twin(self, clock: Clock) -> "Device | None":
+        """Another on `clock` that reaches no hardware, whose calls cost what this one's do: ticks are rehearsed on it.
+        Here: None, ticks are rehearsed without a device."""
+        return None
+
+    def shut_down(self) -> None:
+        """End what `close` leaves: the emulators of a stand-in. Here: nothing."""
+
+
+class Wiring:
+    """What a device's settings may tell beside their fields, and what holds where they do not. Asked before anything is
+    opened."""
+
+    further: Mapping[str, Any] = MappingProxyType({})
+    """The rig's further channels that the device reads, by name; usually a field of the settings."""
+
+    @property
+    def wires(self) -> tuple[str, ...]:
+        """Names of what carries the set-points (an address, a port), the same for every process of the machine: one at
+        a time drives it. Here: nothing that two could share."""
+        return ()
+
+    def wired_to(self, role: Role) -> tuple[str, ...]:
+        """Names of what a role is wired to, which no other device of the rig may share. Here: nobody knows."""
+        return ()
+
+    def range_mpa(self, role: Role) -> tuple[float, float]:
+        """The lowest and the highest pressure that a valve can be given: the rig's limits have to keep to them. Here:
+        any."""
+        return -math.inf, math.inf
+
+    def read_now(self) -> dict[str, Any]:
+        """Settings that take the place of files which these settings name, read when the rig is loaded: every process
+        then has what was read once. Here: none."""
+        return {}
+
+
+def abilities_of(device: object) -> Abilities:
+    """The abilities of a device, or of a class of devices. One that does not derive from Abilities has those that it
+    offers by the same names."""
+    return _offered(Abilities, device)
+
+
+def wiring_of(settings: object) -> Wiring:
+    """The same of a device's settings."""
+    return _offered(Wiring, settings)
+
+
+def _offered(base: type[T], thing: object) -> T:
+    if isinstance(thing, base):
+        return thing
+    names = [name for name in vars(base) if not name.startswith("_") and hasattr(thing, name)]
+    found = {name: getattr(thing, name) for name in names}
+    own = {name: staticmethod(one) if callable(one) else one for name, one in found.items()}
+    made: T = type(base.__name__, (base,), own)()
+    return made

@@ -18,7 +18,7 @@ from drivers.itv_serial.link import LinkSettings
 from drivers.serial_port import SerialPort
 from rig.errors import ConfigError, DeviceError, DeviceLost, DevicePending
 from rig.fields import bounded
-from rig.interfaces import NAN, DeviceContext, Measurement, Role
+from rig.interfaces import NAN, Abilities, DeviceContext, Measurement, Role, Wiring
 from rig.sample import ANGLE_ABSENT, P1_ABSENT, P2_ABSENT, STALE
 
 _VALVES: Final = ((Role.VALVE_1, Role.MONITOR_1), (Role.VALVE_2, Role.MONITOR_2))
@@ -26,7 +26,7 @@ _ABSENT: Final = (P1_ABSENT, P2_ABSENT)
 
 
 @dataclass(frozen=True)
-class ItvSettings:
+class ItvSettings(Wiring):
     """The serial valves of a rig."""
 
     valve_1: SerialPort | None = None
@@ -96,7 +96,7 @@ class _Valve:
         return float(self.codec.to_count(self._to_counts(pressure_mpa)))
 
 
-class ItvSerial:
+class ItvSerial(Abilities):
     """SMC ITV regulators on RS-232C ports: set-points and monitors, newest set-point wins, ages recorded.
 
     A port is held by an I/O process, which writes the safe set-points by itself when the loop dies or falls silent.

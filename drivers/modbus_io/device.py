@@ -12,7 +12,7 @@ from drivers.modbus_io.session import set_reply_time
 from drivers.modbus_io.settings import ModbusSettings, Mode
 from drivers.modbus_io.stations import Numbers, Stations, set_point_numbers
 from rig.errors import DeviceError, DeviceLost, DevicePending
-from rig.interfaces import DeviceContext, Measurement
+from rig.interfaces import Abilities, DeviceContext, Measurement
 from rig.sample import STALE
 
 _SHARE: Final = 0.6
@@ -24,7 +24,7 @@ _RESCUE_S: Final = 0.02
 """Connecting for the sake of the safe set-points may take this long."""
 
 
-class ModbusIo:
+class ModbusIo(Abilities):
     """Analog outputs and inputs of a Modbus module, TCP or RTU, from its register map.
 
     `open` measures the round trip and chooses how a tick's exchanges are made (see Mode); it changes no output, but

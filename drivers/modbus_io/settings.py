@@ -15,7 +15,7 @@ from drivers.serial_port import SerialPort
 from drivers.signals import Signal, Span
 from rig.config import unstructure
 from rig.fields import bounded
-from rig.interfaces import Role
+from rig.interfaces import Role, Wiring
 
 _NUMBERS: Final = re.compile(r"[\d.]+")
 """What is meant for an address, and not for a name."""
@@ -97,7 +97,7 @@ class SerialLine(SerialPort):
 
 
 @dataclass(frozen=True)
-class ModbusSettings:
+class ModbusSettings(Wiring):
     """A device of the kind modbus_io: one module, or an output module paired with an input module."""
 
     map: Path

@@ -10,7 +10,7 @@ from drivers.myrio.session import VENDOR_ERRORS, FpgaSession, explain
 from drivers.myrio.settings import MyRioSettings
 from drivers.myrio.wiring import ABSENT, Channels, Wiring
 from rig.errors import DeviceError, DeviceLost
-from rig.interfaces import NAN, Clock, Device, DeviceContext, Measurement, Role
+from rig.interfaces import NAN, Abilities, Clock, Device, DeviceContext, Measurement, Role
 
 PROBE_CALLS: Final = 200
 RESCUE_SHARE: Final = 0.3
@@ -22,7 +22,7 @@ _P2_ABSENT: Final = ABSENT[Role.MONITOR_2]
 _ANGLE_ABSENT: Final = ABSENT[Role.ANGLE]
 
 
-class MyRio:
+class MyRio(Abilities):
     """NI myRIO-1900 through nifpga, local or over the network.
 
     `open` lets a running FPGA run on, so its outputs stay; an FPGA that did not run is started and its outputs are then

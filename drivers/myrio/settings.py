@@ -7,7 +7,7 @@ from pathlib import Path
 from drivers.myrio.codec import Converter, converter
 from drivers.signals import Signal, Span
 from rig.fields import bounded
-from rig.interfaces import Role
+from rig.interfaces import Role, Wiring
 
 
 def _terminal(key: str, register: str, output: bool) -> Converter:
@@ -86,7 +86,7 @@ class FurtherInput:
 
 
 @dataclass(frozen=True)
-class MyRioSettings:
+class MyRioSettings(Wiring):
     """A device of the kind myrio. The registers default to the rig of the paper on connector A."""
 
     bitfile: Path

@@ -7,7 +7,6 @@ import contextlib
 import ctypes
 import dataclasses
 import importlib
-import math
 import os
 import signal
 import sys
@@ -22,7 +21,7 @@ from rig.app import wires
 from rig.app.shipped import default_rig, find_config, own_file, own_names
 from rig.config import structure, suggest
 from rig.errors import ConfigError, DeviceError, RigError
-from rig.interfaces import Clock, Device, DeviceContext, Role
+from rig.interfaces import Clock, Device, DeviceContext, Role, abilities_of, wiring_of
 from rig.realtime import closed_loop, measures
 from rig.realtime.clock import MonotonicClock, VirtualClock, WarmUpClock
 from rig.realtime.commands import Mailbox, Script, program_path
@@ -191,7 +190,7 @@ def punctual(clock: Clock, device: Device, rig: RigConfig) -> Clock:
 
 def _rehearsal(device: Device, rig: RigConfig, *, closed: bool = False) -> Rehearsal:
     beside, settings = VirtualClock(), loop_settings(rig)
-    twin = getattr(device, "twin", lambda _: None)(beside)  # a driver without one: its calls would reach the hardware
+    twin = abilities_of(device).twin(beside)  # a driver without one: its calls would reach the hardware
     return Rehearsal(twin or NoDevice(settings.safe_p1_mpa, settings.safe_p2_mpa), beside, settings, closed_loop=closed)
 
 
@@ -205,7 +204,7 @@ def wires_of(rig: RigConfig) -> list[str]:
     """The names of what carries the rig's set-points, the same for every process of this machine; none for a stand-in
     that keeps them in its own process. Whoever only reads disturbs nobody."""
     settings = [device_settings(entry, rig, {})[1] for entry in _driving(rig)]
-    return sorted({name for own in settings for name in getattr(own, "wires", ())})
+    return sorted({name for own in settings for name in wiring_of(own).wires})
 
 
 def _driving(rig: RigConfig) -> list[DeviceEntry]:
@@ -226,7 +225,7 @@ def allow_virtual(rig: RigConfig) -> None:
 def outlives_the_loop(rig: RigConfig) -> bool:
     """Whether set-points stand at the valves when the loop's process is gone, so that another process has to see to
     them."""
-    return any(getattr(device_class(entry.kind, str(rig.path)), "second_path", True) for entry in _driving(rig))
+    return any(abilities_of(device_class(entry.kind, str(rig.path))).second_path for entry in _driving(rig))
 
 
 def load(path: Path | None) -> RigConfig:
@@ -247,7 +246,7 @@ def load(path: Path | None) -> RigConfig:
             named.append({name: data for name, data in load(own.rig).files.items() if name != "rig.yaml"})
     _check_apart(rig, settings)
     devices = tuple(
-        dataclasses.replace(entry, read=getattr(settings[entry.name], "read_now", dict)()) for entry in rig.devices
+        dataclasses.replace(entry, read=wiring_of(settings[entry.name]).read_now()) for entry in rig.devices
     )
     for path, data in used.items():  # what a device has just read of it is what the log will hold
         _check_unchanged(path, data, "while it was read; try again")
@@ -284,7 +283,7 @@ def _check_effects(rig: RigConfig) -> None:
 def _check_further(rig: RigConfig, settings: Mapping[str, Any]) -> None:
     """ConfigError when a further channel of the rig is read by no device or by two, or one is read that it has not;
     `settings`: those of each device."""
-    read = [(name, device) for device, own in settings.items() for name in getattr(own, "further", None) or {}]
+    read = [(name, device) for device, own in settings.items() for name in wiring_of(own).further or {}]
     known = [one.name for one in rig.further]
     for name, device in read:
         if name not in known:
@@ -303,9 +302,9 @@ def _check_ranges(rig: RigConfig, settings: Mapping[str, Any]) -> None:
     driver would clamp them, and the log would say something else than what stood at the valve."""
     least, most = rig.limits.pressure_mpa
     for entry in _driving(rig):
-        range_mpa = getattr(settings[entry.name], "range_mpa", lambda _: (-math.inf, math.inf))
+        wiring = wiring_of(settings[entry.name])
         for role in sorted(entry.roles & _VALVES):
-            low, high = range_mpa(role)
+            low, high = wiring.range_mpa(role)
             if least < low or most > high:
                 raise ConfigError(
                     f"{rig.path}: limits.pressure_mpa, {least:g} .. {most:g} MPa, goes beyond what {role.value} of "
@@ -319,9 +318,9 @@ def _check_apart(rig: RigConfig, settings: Mapping[str, Any]) -> None:
     them, or one pressure be taken for both. What one device is wired to, it looks at itself."""
     taken: dict[str, tuple[str, Role]] = {}
     for entry in rig.devices:
-        wired_to = getattr(settings[entry.name], "wired_to", lambda _: ())
+        wiring = wiring_of(settings[entry.name])
         for role in sorted(entry.roles):
-            for terminal in wired_to(role):
+            for terminal in wiring.wired_to(role):
                 other, its_role = taken.setdefault(terminal, (entry.name, role))
                 if other != entry.name:
                     raise ConfigError(

@@ -13,7 +13,7 @@ from typing import Any, Final
 
 from rig.app import compose, shipped, wires
 from rig.errors import DeviceError, RigError
-from rig.interfaces import Device
+from rig.interfaces import Device, abilities_of
 from rig.realtime import measures
 from rig.realtime.clock import MonotonicClock
 from rig.realtime.ring import Ring
@@ -89,10 +89,8 @@ def _supervisor(orders: WatcherOrders, rig: RigConfig, block: SafeBlock, device:
 
 
 def _stand_by(device: object) -> None:
-    stand_by = getattr(device, "stand_by", None)
-    if stand_by is not None:
-        with contextlib.suppress(RigError):  # `safe` then opens what it needs, which only takes longer
-            stand_by()
+    with contextlib.suppress(RigError):  # `safe` then opens what it needs, which only takes longer
+        abilities_of(device).stand_by()
 
 
 def _take_measures(rig: RigConfig) -> dict[str, str]:

@@ -9,7 +9,7 @@ import math
 from dataclasses import dataclass, field
 
 from rig.errors import DeviceError, DeviceLost, DevicePending, StateError
-from rig.interfaces import NAN, Clock, Device, Measurement, Role
+from rig.interfaces import NAN, Clock, Device, Measurement, Role, abilities_of
 from rig.realtime.commands import Answer, Commands, Request
 from rig.realtime.faults import Fault
 from rig.realtime.guard import Bucket, Guard, Limits, Misses
@@ -72,8 +72,7 @@ class Loop:
         self._quit = False
         self._device_gone = False
         self._safe_owed, self._safe_comes = True, False
-        self._holds_safe = getattr(device, "holds_safe", None)
-        self._keep = getattr(device, "keep", lambda: None)
+        self._abilities = abilities_of(device)
         self._looks_owed = 0
         self._seen_safe = False
         """The device has told that the safe state, which was written last, stands at its outputs."""
@@ -189,7 +188,7 @@ class Loop:
     def _read(self) -> Measurement:
         if self._device_gone:
             with contextlib.suppress(DeviceError):
-                self._keep()  # what is left of it holds its safe set-points
+                self._abilities.keep()  # what is left of it holds its safe set-points
             return _NO_MEASUREMENT
         try:
             now = self._device.read()
@@ -375,7 +374,7 @@ class Loop:
         """Read the safe state back where the device can; it is owed again when something else stands there."""
         self._looks_owed -= 1
         try:
-            held = self._holds_safe() if self._holds_safe else None
+            held = self._abilities.holds_safe()
         except DeviceError:
             return  # asked again next tick
         self._looks_owed = 0

@@ -15,8 +15,9 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from enum import IntEnum
 from pathlib import Path
-from typing import Any, Final, Self
+from typing import Final, Self
 
+from rig.interfaces import Device, abilities_of
 from rig.realtime.ring import Ring
 from rig.realtime.shared import HEADER_WORDS, SharedBlock
 
@@ -234,9 +235,9 @@ class SecondPath:
     """Let go of the device, whose outputs stay."""
 
     @classmethod
-    def of(cls, device: Any) -> Self:
+    def of(cls, device: Device) -> Self:
         """The calls of a device of this process."""
-        return cls(device.safe, getattr(device, "holds_safe", lambda: None), device.close)
+        return cls(device.safe, abilities_of(device).holds_safe, device.close)
 
 
 def write_and_look(path: SecondPath) -> Outcome:

@@ -19,7 +19,7 @@ from typing import Final, Self
 
 from rig.app.overseen import Overseen
 from rig.errors import CheckFailed, DeviceError, DeviceLost
-from rig.interfaces import Device, Measurement
+from rig.interfaces import Device, Measurement, abilities_of
 from rig.realtime.clock import MonotonicClock
 from rig.realtime.loop import LEAVING_NS
 from rig.realtime.safe_state import Outcome as SafeOutcome
@@ -212,9 +212,7 @@ def _ctrl_c_afterwards() -> Iterator[None]:
 def let_go(device: Device) -> None:
     """Close a device; a stand-in's emulators end too."""
     device.close()
-    shut_down = getattr(device, "shut_down", None)
-    if shut_down is not None:
-        shut_down()
+    abilities_of(device).shut_down()
 
 
 def mean(found: list[Measurement], field: str) -> tuple[float, float]:

@@ -17,7 +17,7 @@ from hil.emulators.catalog import Emulator, emulate
 from hil.emulators.world import World
 from rig.app import compose
 from rig.errors import ConfigError, DeviceLost
-from rig.interfaces import Device, DeviceContext, Measurement
+from rig.interfaces import Abilities, Device, DeviceContext, Measurement, Wiring
 from rig.model.chain import Chain
 from rig.model.parameters import load_model
 from rig.rig_config import DeviceEntry, RigConfig, load_rig
@@ -27,7 +27,7 @@ SWITCH_INTERVAL_S = 0.0005
 
 
 @dataclass(frozen=True)
-class EmulatedSettings:
+class EmulatedSettings(Wiring):
     """A device of the kind emulated."""
 
     rig: Path
@@ -36,7 +36,7 @@ class EmulatedSettings:
     """The plant: a model of the chain from set-point to angle."""
 
 
-class EmulatedRig:
+class EmulatedRig(Abilities):
     """All devices of another rig's YAML, their drivers real, their hardware emulated."""
 
     Settings = EmulatedSettings

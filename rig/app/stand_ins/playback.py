@@ -12,7 +12,7 @@ from pathlib import Path
 
 from rig.errors import ConfigError, DeviceError, DeviceLost
 from rig.fields import bounded
-from rig.interfaces import NAN, DeviceContext, Measurement, Role
+from rig.interfaces import NAN, Abilities, DeviceContext, Measurement, Role, Wiring
 from rig.sample import ANGLE_ABSENT, P1_ABSENT, P2_ABSENT
 
 _ABSENT = {Role.MONITOR_1: P1_ABSENT, Role.MONITOR_2: P2_ABSENT, Role.ANGLE: ANGLE_ABSENT}
@@ -20,7 +20,7 @@ _COLUMNS = {Role.MONITOR_1: "p1_mpa", Role.MONITOR_2: "p2_mpa", Role.ANGLE: "ang
 
 
 @dataclass(frozen=True)
-class PlaybackSettings:
+class PlaybackSettings(Wiring):
     """A device of the kind playback."""
 
     log: Path
@@ -29,7 +29,7 @@ class PlaybackSettings:
     """Set-points above this are clamped, as a regulator's range does."""
 
 
-class PlaybackRig:
+class PlaybackRig(Abilities):
     """Plays one record from the first write on; before that it stands at the record's first row, after its end at the
     last, growing old."""
 
