@@ -35,7 +35,7 @@ SECTIONS: dict[str, tuple[str, dict[str, tuple[str, ...]]]] = {
             "Run it": ("operate_the_daemon", "replay", "follow_an_angle", "rig_in_ci"),
             "Records": ("import_labview", "open_in_other_tools", "compare_records", "recover"),
             "Simulator and diagnosis": ("identify", "your_own_simulator", "diagnose_a_campaign", "plan_an_experiment"),
-            "Extend it, and check it": ("add_a_device", "add_an_effect", "blind_check"),
+            "Extend it, and check it": ("add_a_device", "add_an_effect", "blind_check", "refit_the_priors"),
         },
     ),
     "reference": (

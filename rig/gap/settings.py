@@ -1,7 +1,7 @@
 """Every number that decides in the likelihood: with its unit, its source, and what moves if it moves.
 
-What can be fitted stands in `priors.yaml` beside this file, written by `pamrig gap calibrate` with its provenance; what
-is a choice stands here.
+What can be fitted stands in `priors.yaml` beside this file, written by the commands of docs/how-to/refit_the_priors.md,
+each with the provenance of its part; what is a choice stands here.
 """
 
 import math
@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from rig.columns import NORMAL_95
-from rig.config import load
+from rig.config import read_yaml, structure
 from rig.record import Column
 
 TOP_HZ = 6.0
@@ -143,6 +143,8 @@ FALSE_ALARM_RATE = 0.01
 """How often something is said of a rig with nothing wrong: by a whole diagnosis, at the sizes that a rig can tell; by
 the changes of a history, all its series together. Less: larger sizes, later and larger changes only."""
 PRIORS = Path(__file__).with_name("priors.yaml")
+BY_HAND, NOT_RECORDED, EVERYTHING = "by hand", "not recorded", "all"
+"""In the provenance of that file: who, unknown, and the path above every other."""
 
 
 @dataclass(frozen=True)
@@ -283,13 +285,47 @@ class Reach:
 
 
 @dataclass(frozen=True)
-class Provenance:
-    """Where the fitted numbers come from."""
+class Origin:
+    """Where one part of the fitted numbers comes from."""
 
     command: str
+    """What wrote it; BY_HAND where nothing did."""
+    seeds: list[int] = field(default_factory=list)
+    """Of the development rigs or cases that it was fitted on."""
+    families: list[str] = field(default_factory=list)
+    """Of plants, all of which count alike."""
+    fitted_on: str = NOT_RECORDED
+    """How many rigs, days or cases, and which."""
+    since: str = NOT_RECORDED
+    """The day from which on it has stood here, with its commit where that is known."""
+    see: str = ""
+    """Decisions."""
+
+
+@dataclass(frozen=True)
+class Provenance:
+    """Where the fitted numbers come from. Each command that fits some writes the origin of these, and leaves the
+    others."""
+
     families: list[str]
     units: int
     healthy_records: int
+    """Plants, rigs and days that the levels are fitted on."""
+    parts: dict[str, Origin] = field(default_factory=dict)
+    """What stands under a path of this file, `levels.session.odds` say; the longest path counts."""
+
+    def of(self, path: str) -> Origin | None:
+        """The origin of what stands under that path."""
+        keys = path.split(".")
+        paths = [".".join(keys[:count]) for count in range(len(keys), 0, -1)]
+        return next((self.parts[one] for one in (*paths, EVERYTHING) if one in self.parts), None)
+
+    def renewed(self, made: Mapping[str, Origin]) -> "Provenance":
+        """The same with other origins under these paths, and whatever stood under longer ones gone."""
+        kept = {
+            path: one for path, one in self.parts.items() if not any(f"{path}.".startswith(f"{new}.") for new in made)
+        }
+        return replace(self, parts={**kept, **made})
 
 
 @dataclass(frozen=True)
@@ -314,9 +350,18 @@ class Fitted:
 def fitted(path: Path = PRIORS) -> Fitted:
     """The fitted numbers; ConfigError when the file is not one. A file of before the laws' errors, or their shares,
     stood in it has the shipped ones."""
-    found = load(path, Fitted)
+    found = structure(_by_parts(read_yaml(path)), Fitted, str(path))
     if path == PRIORS:
         return found
     prior, shipped = found.prior, fitted().prior
     laws, shares = prior.laws or shipped.laws, prior.law_shares or shipped.law_shares
     return replace(found, prior=replace(prior, laws=laws, law_shares=shares))
+
+
+def _by_parts(raw: object) -> object:
+    """A file whose provenance is one command in words, as it was before each part had its own, in the present form."""
+    provenance = raw.get("provenance") if isinstance(raw, dict) else None
+    if not isinstance(raw, dict) or not isinstance(provenance, dict) or "command" not in provenance:
+        return raw
+    others = {key: value for key, value in provenance.items() if key != "command"}
+    return {**raw, "provenance": {**others, "parts": {EVERYTHING: {"command": provenance["command"]}}}}

@@ -5,8 +5,9 @@ Each unit is identified on its first day, as a user would; further days then sta
 fingerprint and the simulator that the identification made, and beside the simulator of the next unit of the same build.
 """
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from datetime import datetime
 from functools import partial
 from pathlib import Path
 from typing import TypeVar
@@ -27,7 +28,7 @@ from rig.gap.hypotheses.scenes import parts_of_angle, parts_of_pressures
 from rig.gap.records.pairs import pair_up
 from rig.gap.reference.build import SISTER, Expected, Kind, expect
 from rig.gap.reference.expectation import Parts
-from rig.gap.settings import Fitted, Levels, Prior, Provenance, fitted
+from rig.gap.settings import Fitted, Levels, Origin, Prior, Provenance, fitted
 from rig.model.parameters import Model
 from rig.model.response.fingerprint_check import fingerprint_checksum
 from rig.outputs import Kind as Output
@@ -100,12 +101,35 @@ def calibrate(plan: Plan, report: Callable[[int], None] = lambda done: None) -> 
         levels = {name: replace(one, odds=shipped.levels[name].odds) for name, one in made}
         errors = _reported(pool.map(of_rig, range(len(rigs)), rigs), report, 2 * len(rigs))
         rough = [error for some in errors for error in some]
-    prior = replace(
-        prior, laws={**prior.laws, **usual_errors(rough)}, law_shares=shares_of_usual(rough, prior.law_shares)
-    )
-    command = f"pamrig gap calibrate --units {plan.units} --seed {plan.seed}"
-    provenance = Provenance(command, list(plan.families), len(rigs), len(rigs) * len(DAYS))
+    laws = usual_errors(rough)
+    provenance = provenance_of(plan, shipped, laws)
+    prior = replace(prior, laws={**prior.laws, **laws}, law_shares=shares_of_usual(rough, prior.law_shares))
     return replace(shipped, provenance=provenance, levels=levels, prior=prior)
+
+
+def provenance_of(plan: Plan, before: Fitted, laws: Collection[str]) -> Provenance:
+    """The provenance once levels, and the errors of these `laws`, are fitted anew; of the odds, and of what no rig told
+    anything of, as it was."""
+    rigs = plan.units * len(plan.families)
+    known = before.provenance
+    made = origin(
+        f"pamrig gap calibrate --units {plan.units} --seed {plan.seed}", [plan.seed], plan.families,
+        f"{rigs} rigs, {rigs * len(DAYS)} healthy days",
+    )  # fmt: skip
+    untouched = [
+        *(f"levels.{name}.odds" for name in before.levels),
+        *(f"prior.laws.{name}" for name in before.prior.laws if name not in laws),
+    ]
+    kept = {path: one for path, one in known.parts.items() if any(path.startswith(f"{below}.") for below in untouched)}
+    kept |= {path: one for path in untouched if (one := known.of(path)) is not None}
+    renewed = known.renewed({"levels": made, "prior.laws": made, "prior.law_shares": made})
+    return Provenance(list(plan.families), rigs, rigs * len(DAYS), {**renewed.parts, **kept})
+
+
+def origin(command: str, seeds: Sequence[int], families: Sequence[str], on: str) -> Origin:
+    """Where a part comes from that is fitted today."""
+    since = datetime.now().astimezone().date().isoformat()
+    return Origin(command, list(seeds), list(families), on, since)
 
 
 def _reported(results: Iterable[R], report: Callable[[int], None], before: int) -> Iterator[R]:
@@ -116,7 +140,17 @@ def _reported(results: Iterable[R], report: Callable[[int], None], before: int) 
 
 def write(found: Fitted, path: Path) -> None:
     """The file `priors.yaml`."""
-    write_text(path, yaml.safe_dump(_rounded(unstructure(found)), sort_keys=False), Output.LEVELS)
+    text = yaml.dump(_rounded(unstructure(found)), Dumper=_ListsOnOneLine, sort_keys=False, width=120)
+    write_text(path, text, Output.LEVELS)
+
+
+class _ListsOnOneLine(yaml.SafeDumper):
+    """Plain YAML, but for lists, of which none here holds anything but words and numbers."""
+
+
+_ListsOnOneLine.add_representer(
+    list, lambda dumper, items: dumper.represent_sequence("tag:yaml.org,2002:seq", items, flow_style=True)
+)
 
 
 def identified(case: Case) -> Model:

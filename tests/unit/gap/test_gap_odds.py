@@ -121,6 +121,10 @@ def test_where_healthy_rigs_got_a_finding_nothing_is_likelier_afterwards(tmp_pat
     assert fits["session"].gained > 0.0
     assert levels.levels["session"].odds.none > shipped.levels["session"].odds.none + 0.5
     assert {**levels.levels, "session": shipped.levels["session"]} == shipped.levels
+    made = levels.provenance.parts["levels.session.odds"]
+    assert (made.command, made.seeds, made.families) == ("pamrig gap check odds check", [], ["fluidic"])
+    assert made.fitted_on == "60 cases"
+    assert levels.provenance == shipped.provenance.renewed({"levels.session.odds": made}), "of its own part alone"
     output = tmp_path / "levels.yaml"
     said = CliRunner().invoke(odds, [str(check.root), "-o", str(output)], catch_exceptions=False)
     assert said.exit_code == 0

@@ -1,12 +1,16 @@
 """What `pamrig gap check further` and `odds` fit to: folders of scored checks, and the answers beside the scores."""
 
+import contextlib
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from rig.app.gap.levels import origin
 from rig.blind_check.folder import CheckFolder, read_json
+from rig.blind_check.generate import open_labels
 from rig.blind_check.row import Scored, read_scored
 from rig.errors import RecordError
+from rig.gap.settings import Origin
 
 
 def checks_of(folders: Sequence[Path]) -> list[CheckFolder]:
@@ -17,6 +21,19 @@ def checks_of(folders: Sequence[Path]) -> list[CheckFolder]:
     if len({folder.resolve() for folder in folders}) < len(folders):
         raise RecordError("a check is there twice; name each check once")
     return [CheckFolder(folder) for folder in folders]
+
+
+def origin_of(study: str, folders: Sequence[CheckFolder], left_out: Sequence[str]) -> Origin:
+    """Where what is fitted to these checks comes from; of one whose labels are not at hand no seed is known."""
+    words = [f"pamrig gap check {study}", *(folder.root.name for folder in folders)]
+    words += [f"--leave-out {name}" for name in left_out]
+    of_each = [next(iter(scored.rows.values())).family for folder in folders for _, scored, _ in answers_of(folder)]
+    families = [family for family in of_each if family not in left_out]
+    seeds = []
+    for folder in folders:
+        with contextlib.suppress(RecordError):
+            seeds.append(open_labels(folder)[1])
+    return origin(" ".join(words), seeds, sorted(set(families)), f"{len(families)} cases")
 
 
 def answers_of(folder: CheckFolder) -> Iterator[tuple[str, Scored, Mapping[str, Any]]]:

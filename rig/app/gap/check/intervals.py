@@ -9,7 +9,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
-from rig.app.gap.check.fitted_checks import answers_of
+from rig.app.gap.check.fitted_checks import answers_of, origin_of
 from rig.blind_check.folder import CheckFolder, read_truth
 from rig.blind_check.row import CaseKind, EffectFact, Row, facts_of
 from rig.errors import RecordError
@@ -33,17 +33,23 @@ def with_intervals(levels: Fitted, folders: Sequence[CheckFolder], left_out: Seq
             f"{len(found)} cases name an effect whose shrinking was seen on untouched records; at least {LEAST_CASES} "
             "are needed"
         )
-    return replace(levels, further=fit_spread(*zip(*found, strict=True)), reaches=_reaches(levels, folders, left_out))
+    reaches = _reaches(levels, folders, left_out)
+    made = origin_of("further", folders, left_out)
+    return replace(
+        levels,
+        further=fit_spread(*zip(*found, strict=True)),
+        reaches={**levels.reaches, **reaches},
+        provenance=levels.provenance.renewed({"further": made, **{f"reaches.{name}": made for name in reaches}}),
+    )
 
 
 def _reaches(levels: Fitted, folders: Sequence[CheckFolder], left_out: Sequence[str]) -> dict[str, Reach]:
-    """How far sizes may be off, by what stood for the rig; as the levels have it where there are too few cases."""
+    """How far sizes may be off, by what stood for the rig, where there are enough cases."""
     found: dict[str, list[Sized]] = {}
     for folder in folders:
         for reference, one in _sizes(levels, folder, left_out):
             found.setdefault(reference, []).append(one)
-    enough = {reference: fit_reach(cases) for reference, cases in found.items() if len(cases) >= LEAST_CASES}
-    return {**levels.reaches, **enough}
+    return {reference: fit_reach(cases) for reference, cases in found.items() if len(cases) >= LEAST_CASES}
 
 
 def _sizes(levels: Fitted, folder: CheckFolder, left_out: Sequence[str]) -> Iterator[tuple[str, Sized]]:

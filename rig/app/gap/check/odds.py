@@ -8,7 +8,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-from rig.app.gap.check.fitted_checks import answers_of
+from rig.app.gap.check.fitted_checks import answers_of, origin_of
 from rig.blind_check.folder import CheckFolder
 from rig.blind_check.modes import MODES
 from rig.blind_check.row import Row, facts_of
@@ -55,7 +55,9 @@ def with_odds(levels: Fitted, folders: Sequence[CheckFolder], left_out: Sequence
         if _count(some) >= LEAST_FACTORS
     }
     changed = {name: replace(levels.levels[name], odds=fit.odds) for name, fit in fits.items()}
-    return replace(levels, levels={**levels.levels, **changed}), fits
+    made = origin_of("odds", folders, left_out)
+    provenance = levels.provenance.renewed({f"levels.{name}.odds": made for name in fits})
+    return replace(levels, levels={**levels.levels, **changed}, provenance=provenance), fits
 
 
 def _count(families: Mapping[str, Sequence[Judgement]]) -> int:

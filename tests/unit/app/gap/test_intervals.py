@@ -59,6 +59,14 @@ def test_every_clear_case_counts(checked: CheckFolder) -> None:
     assert counted(checked) == (LEAST_CASES, LEAST_CASES)
 
 
+def test_where_they_come_from_is_said_of_intervals_alone(checked: CheckFolder) -> None:
+    shipped = fitted()
+    found = with_intervals(shipped, [checked], ["fluidic"])
+    made = found.provenance.parts["further"]
+    assert made.command == f"pamrig gap check further {checked.root.name} --leave-out fluidic"
+    assert found.provenance == shipped.provenance.renewed({"further": made, "reaches.described": made})
+
+
 def test_a_case_that_was_refused_counts_nothing_and_ends_nothing(checked: CheckFolder) -> None:
     put(checked, "refused", {"error": "RecordError: no excitation"}, Row(CaseKind.SINGLE, ("delay",), 5.0, MODE))
     put(checked, "refused_later", {"error": "LookupError: gone"})

@@ -1,0 +1,82 @@
+"""Where each fitted number comes from: of every number of the shipped file it is said, and each command says it of its
+own part alone."""
+
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+import pytest
+import yaml
+
+from rig.app.gap.levels import Plan, provenance_of, write
+from rig.gap.settings import EVERYTHING, PRIORS, Origin, Provenance, fitted
+
+SHIPPED: dict[str, Any] = yaml.safe_load(PRIORS.read_text(encoding="utf-8"))
+ANEW, OLD = Origin("anew"), Origin("before")
+
+
+def leaves(found: object, path: str = "") -> Iterator[str]:
+    """The path of every number, `law_shares` as one."""
+    if isinstance(found, Mapping):
+        for key, value in found.items():
+            yield from leaves(value, f"{path}.{key}".lstrip("."))
+    else:
+        yield path
+
+
+NUMBERS = [path for path in leaves(SHIPPED) if not path.startswith("provenance.")]
+
+
+def test_of_every_number_it_is_said_where_it_comes_from() -> None:
+    assert [path for path in NUMBERS if fitted().provenance.of(path) is None] == []
+
+
+def test_every_part_stands_in_the_file() -> None:
+    parts = fitted().provenance.parts
+    assert [part for part in parts if not any(f"{path}.".startswith(f"{part}.") for path in NUMBERS)] == []
+
+
+def test_the_shipped_file_is_as_the_commands_write_it(tmp_path: Path) -> None:
+    write(fitted(), tmp_path / "priors.yaml")
+    assert (tmp_path / "priors.yaml").read_text(encoding="utf-8") == PRIORS.read_text(encoding="utf-8")
+
+
+def test_a_file_whose_provenance_is_one_sentence_is_read_as_ever(tmp_path: Path) -> None:
+    old = tmp_path / "old.yaml"
+    provenance = {"command": "levels by a command", "families": ["mckibben"], "units": 10, "healthy_records": 30}
+    old.write_text(yaml.safe_dump({**SHIPPED, "provenance": provenance}), encoding="utf-8")
+    found = fitted(old)
+    assert found.levels == fitted().levels
+    assert (found.provenance.families, found.provenance.units) == (["mckibben"], 10)
+    assert found.provenance.of("levels.session.odds") == Origin("levels by a command")
+
+
+@pytest.mark.parametrize(
+    ("path", "origin"),
+    [("further.floor", OLD), ("levels.session.odds.none", ANEW), ("levels.session.floor", OLD), ("levels", OLD)],
+)
+def test_the_longest_path_counts(path: str, origin: Origin) -> None:
+    assert Provenance([], 0, 0, {EVERYTHING: OLD, "levels.session.odds": ANEW}).of(path) == origin
+
+
+def test_what_is_renewed_takes_what_stood_under_it_along_and_nothing_beside_it() -> None:
+    before = Provenance(
+        [], 0, 0, {"further": OLD, "levels.a.odds": OLD, "levels.a.odds.together": OLD, "levels.ab": OLD}
+    )
+    after = before.renewed({"levels.a.odds": ANEW})
+    assert after.parts == {"further": OLD, "levels.a.odds": ANEW, "levels.ab": OLD}
+
+
+def test_levels_fitted_anew_leave_the_odds_the_intervals_and_what_no_rig_told_anything_of() -> None:
+    shipped = fitted()
+    told = [name for name in shipped.prior.laws if name != "delay"]
+    made = provenance_of(Plan(("bellows",), 3, 7), shipped, told)
+    assert (made.families, made.units, made.healthy_records) == (["bellows"], 3, 9)
+    changed = {path for path in NUMBERS if made.of(path) != shipped.provenance.of(path)}
+    assert changed == {
+        path
+        for path in NUMBERS
+        if path.startswith(("levels.", "prior.laws.", "prior.law_shares")) and ".odds." not in path
+    } - {"prior.laws.delay"}
+    assert all(made.of(path) == made.parts["levels"] for path in changed)
+    assert made.parts["levels"].seeds == [7]
