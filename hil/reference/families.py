@@ -13,7 +13,7 @@ Families share the excitations, the drawing of cases and the names of effects; n
 from collections.abc import Mapping
 from dataclasses import dataclass
 from importlib import import_module
-from typing import Final, Protocol
+from typing import Protocol
 
 import numpy as np
 
@@ -21,6 +21,10 @@ from hil.reference.compiling import Array
 from hil.reference.disturbance import Disturbance, merged
 from hil.reference.effect_law import EffectLaw
 from hil.reference.excitations import Excitation
+from hil.reference.names import JUDGE as JUDGE
+from hil.reference.names import NAMES as NAMES
+from hil.reference.names import NOT_FITTED as NOT_FITTED
+from hil.reference.names import STEPPED as STEPPED
 from hil.reference.plant import Build, Session, make_plant
 from rig.errors import RigError
 
@@ -90,16 +94,6 @@ class Family:
     def laws(self) -> dict[str, EffectLaw]:
         """Both kinds."""
         return {**self.effects, **self.foreign}
-
-
-NAMES: Final = ("mckibben", "fluidic", "pleated", "bellows", "bundle", "sleeve")
-"""In each folder of that name: the equations (`plant`) and the table of effects (`other_laws`)."""
-JUDGE: Final = "bundle"
-"""The family on which nothing is fitted and by which no law was chosen: its figures count."""
-NOT_FITTED: Final = (JUDGE, "sleeve")
-"""Those on which nothing is fitted unless they are named; single cases of the judge are not looked at either."""
-STEPPED: Final = ("mckibben", "fluidic")
-"""Those that a controller can drive, with a module `stepped` in their folder."""
 
 
 def family(name: str) -> Family:

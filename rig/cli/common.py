@@ -10,6 +10,7 @@ from typing import Any, TypeVar
 
 import click
 
+from hil.reference.names import NAMES as FAMILIES
 from rig.cli.outputs import Output, told_at_the_end
 from rig.outputs import Kind, write_text
 
@@ -41,6 +42,27 @@ def json_option(command: F) -> F:
         type=Output(Kind.JSON, stdout=True),
         help="Write the result as JSON to FILE, or to stdout with '-'.",
     )(command)
+
+
+def family_option(
+    words: str, *, several: bool = True, none: bool = False, default: str | None = None
+) -> Callable[[F], F]:
+    """`--family NAME`, a plant family; passed as `families` where `several` may be named. With `none` that is a name,
+    too."""
+    names = ("--family", "families") if several else ("--family", "family")
+    return click.option(
+        *names,
+        multiple=several,
+        type=click.Choice((*FAMILIES, "none") if none else FAMILIES),
+        default=default,
+        show_default=default is not None,
+        help=words,
+    )
+
+
+def left_out_option(words: str) -> Callable[[F], F]:
+    """`--leave-out NAME`, plant families, passed as `left_out`."""
+    return click.option("--leave-out", "left_out", multiple=True, type=click.Choice(FAMILIES), help=words)
 
 
 def as_called() -> str:

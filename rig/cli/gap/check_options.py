@@ -9,6 +9,7 @@ from typing import Any
 import click
 
 from rig.blind_check.modes import GROUPS, ROUNDS
+from rig.cli.common import family_option
 from rig.cli.gap.options import workers_option
 from rig.cli.outputs import Output
 from rig.outputs import Kind
@@ -23,13 +24,7 @@ _seed = click.option(
 development_option = click.option(
     "--development", is_flag=True, help="Development cases: never the same as any scored ones."
 )
-families_option = click.option(
-    "--family",
-    "families",
-    multiple=True,
-    type=click.Choice(("mckibben", "fluidic", "pleated", "bellows", "bundle", "sleeve")),
-    help="Plants of this family only. Repeatable.",
-)
+families_option = family_option("Plants of this family only. Repeatable.")
 records_option = click.option(
     "--records",
     type=path_type,

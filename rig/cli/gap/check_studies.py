@@ -7,7 +7,7 @@ from pathlib import Path
 import click
 
 from rig.app.terminal import console
-from rig.cli.common import emit, json_option
+from rig.cli.common import emit, json_option, left_out_option
 from rig.cli.gap.check_options import families_option, html_option, path_type
 from rig.cli.gap.options import workers_option
 from rig.cli.outputs import Command, Output, output_option
@@ -130,9 +130,7 @@ def _fitted_on_checks(command: Callable[..., None]) -> Callable[..., None]:
             metavar="FILE",
             help="Levels to go on from, in place of the shipped ones.",
         ),
-        click.option(
-            "--leave-out", "left_out", multiple=True, metavar="NAME", help="Families whose cases do not count."
-        ),
+        left_out_option("Families whose cases do not count. Repeatable."),
         output_option(Kind.LEVELS, "Where the levels go.", required=True, metavar="FILE.yaml"),
         json_option,
     )

@@ -5,7 +5,7 @@ from pathlib import Path
 import click
 
 from rig.app.terminal import console, listing, progress
-from rig.cli.common import emit, json_option
+from rig.cli.common import emit, family_option, json_option, left_out_option
 from rig.cli.gap.options import workers_option
 from rig.cli.outputs import Command, output_option
 from rig.outputs import Kind
@@ -13,16 +13,8 @@ from rig.outputs import Kind
 
 @click.command(cls=Command, short_help="Fit the priors of the method on simulated plants.")
 @output_option(Kind.LEVELS, "Where the fitted levels go.", required=True, metavar="FILE")
-@click.option(
-    "--family",
-    "families",
-    multiple=True,
-    metavar="NAME",
-    help="Plant families to fit on; default: all but those that judge.",
-)
-@click.option(
-    "--leave-out", "left_out", multiple=True, metavar="NAME", help="Families to leave out, to be judged by the levels."
-)
+@family_option("Plant families to fit on; default: all but those that judge. Repeatable.")
+@left_out_option("Families to leave out, to be judged by the levels. Repeatable.")
 @click.option("--units", type=click.IntRange(2, 200), default=10, show_default=True, help="Rigs of each family.")
 @click.option("--seed", type=click.IntRange(0), default=301, show_default=True, help="Seed of the development rigs.")
 @workers_option

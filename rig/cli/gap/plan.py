@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 import click
 
 from rig.app.terminal import console, listing, progress
-from rig.cli.common import Number, emit, json_option
+from rig.cli.common import Number, emit, family_option, json_option
 from rig.cli.gap.options import baseline_option, reference_option
 from rig.cli.outputs import Command, output_option
 from rig.outputs import Kind
@@ -112,13 +112,8 @@ def _show(name: str, one: "Capability", channels: "Channels", json_to: str | Non
 @_baseline
 @_reference
 @_rig
-@click.option(
-    "--family",
-    "families",
-    multiple=True,
-    metavar="NAME",
-    help="Design for units of this plant family as well. Repeatable.  [default: all but those that judge; `none` "
-    "for none]",
+@family_option(
+    "Design for units of this plant family as well. Repeatable.  [default: all but those that judge]", none=True
 )
 @output_option(Kind.SWEEP, "Where the sweep goes.", required=True, metavar="SWEEP.yaml")
 @json_option

@@ -5,7 +5,7 @@ from pathlib import Path
 import click
 
 from rig.app.terminal import console
-from rig.cli.common import emit, json_option
+from rig.cli.common import emit, family_option, json_option
 from rig.cli.outputs import Command, Output, output_option
 from rig.outputs import Kind
 
@@ -19,12 +19,7 @@ from rig.outputs import Kind
     metavar="UNIT",
     help="Instead of a model: a rig of simulated physics, by its number; each number is another rig of one build.",
 )
-@click.option(
-    "--family",
-    default="mckibben",
-    show_default=True,
-    help="The build of that rig: mckibben, fluidic, pleated, bellows, bundle or sleeve.",
-)
+@family_option("The build of that rig.", several=False, default="mckibben")
 @click.option(
     "--session",
     default=1,

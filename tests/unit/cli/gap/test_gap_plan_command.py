@@ -114,7 +114,6 @@ def test_a_record_that_a_diagnosis_would_leave_out_is_left_out_and_said(tmp_path
         (("capability", "configs/models/none.yaml"), "no such file"),
         (("capability", MODEL, "--sweep", "configs/sweeps/none.yaml"), "no such file"),
         (("capability", MODEL, "--reference", "fingerprint"), "the model file has none"),
-        (("design", MODEL, "--family", "nobody", "-o", "x.yaml"), "unknown plant family"),
     ],
 )
 def test_bad_input_is_one_line(words: tuple[str, ...], said: str) -> None:
