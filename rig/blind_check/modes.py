@@ -34,7 +34,7 @@ class Mode:
 
     @property
     def retunes(self) -> bool:
-        """The simulator's own parameters are in doubt, so some effects are swallowed when they are fitted again."""
+        """The simulator's own parameters are in doubt, so some effects are absorbed when they are fitted again."""
         return self.model != OWN
 
 

@@ -127,7 +127,7 @@ class Row:
     contradictions: tuple[str, ...] = ()
     reference: str | None = None
     absorbed: bool = False
-    """A fit of the simulator's own parameters swallows the effect."""
+    """A fit of the simulator's own parameters absorbs the effect."""
     absorbed_right: bool | None = None
     """That was said, with the effect among what would look the same."""
     seconds: float | None = None
@@ -163,7 +163,7 @@ class Row:
 
     @property
     def is_nameable(self) -> bool:
-        """A clear single effect that no re-tuning swallows."""
+        """A clear single effect that no re-tuning absorbs."""
         return self.kind is CaseKind.SINGLE and self.is_clear and not self.absorbed
 
     @property

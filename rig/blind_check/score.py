@@ -15,7 +15,7 @@ from rig.blind_check.row import CaseKind, EffectFact, Facts, Row, Truth
 from rig.blind_check.source import Named, records_of
 from rig.errors import RigError
 from rig.gap.answer.consistency import contradictions
-from rig.gap.answer.facts import SWALLOWED, Verdict
+from rig.gap.answer.facts import ABSORBED_SHARE, Verdict
 from rig.gap.hypotheses.library import LIBRARY, UNKNOWN, effect_class
 from rig.gap.raw_tests.levels import loudness
 from rig.record import Column, Record
@@ -31,7 +31,7 @@ ABSORBED: Final = {
     "sensor_gain", "sensor_offset", "sensor_nonlinearity", "backlash", "gravity_load", "muscle_mismatch",
     "coulomb_friction",
 }  # fmt: skip
-"""Effects that a fit of the simulator's own parameters swallows, declared before any check: the muscles' curve and loop
+"""Effects that a fit of the simulator's own parameters absorbs, declared before any check: the muscles' curve and loop
 are free in it."""
 FLAGS: Final = {Verdict.UNKNOWN, Verdict.PARTLY_EXPLAINED}
 """Verdicts that say something is there which the library does not hold."""
@@ -73,12 +73,12 @@ def score_mode(mode: str, answer: Mapping[str, Any], truth: Truth, facts: Facts)
 
 
 def _retuned(said: Mapping[str, Any], row: Row) -> bool:
-    """Of an effect that a fit of the simulator's own parameters swallows: is that said, which one moved, and what would
+    """Of an effect that a fit of the simulator's own parameters absorbs: is that said, which one moved, and what would
     look the same?"""
     retuning = said.get("retuning") or {"closes_fraction": 0.0, "parameters": []}
     alike = {*row.names, *retuning.get("looks_like", [])}
-    swallowed = retuning["closes_fraction"] >= SWALLOWED and bool(retuning["parameters"])
-    return swallowed and bool(alike & set(row.effects))
+    absorbed = retuning["closes_fraction"] >= ABSORBED_SHARE and bool(retuning["parameters"])
+    return absorbed and bool(alike & set(row.effects))
 
 
 def _interval(gap: Mapping[str, Any]) -> tuple[float, float] | None:

@@ -68,21 +68,21 @@ def absorbed(units: int, seed: int, workers: int | None, json_to: str | None) ->
     """
     from rich.table import Table
 
-    from rig.app.gap.check.absorbed import swallowed, table
+    from rig.app.gap.check.absorbed import absorbed_shares, table
     from rig.app.gap.levels import known_families
     from rig.app.terminal import progress
     from rig.blind_check.score import ABSORBED
-    from rig.gap.answer.facts import SWALLOWED
+    from rig.gap.answer.facts import ABSORBED_SHARE
 
     with progress("units", len(known_families(())) * units) as update:
-        found = swallowed(seed, units, workers, lambda done: update(done, f"{done} units"))
+        found = absorbed_shares(seed, units, workers, lambda done: update(done, f"{done} units"))
     shown, rows = Table("effect", "absorbed, median", "units", "declared absorbed"), list(table(found))
     for effect, share, count in rows:
         declared = "yes" if effect in ABSORBED else "no"
         shown.add_row(effect, "-" if share is None else f"{100 * share:.0f} %", str(count), declared)
     console(json_to).print(shown)
     effects = {effect: {"share": share, "units": count} for effect, share, count in rows}
-    emit({"seed": seed, "from": SWALLOWED, "effects": effects, "declared": sorted(ABSORBED)}, json_to)
+    emit({"seed": seed, "from": ABSORBED_SHARE, "effects": effects, "declared": sorted(ABSORBED)}, json_to)
 
 
 @click.command(cls=Command, short_help="Halve and double each number that decides.")

@@ -13,7 +13,7 @@ import numpy as np
 from rig.gap.raw_tests.signature import Signature
 from rig.gap.records.partners import Match
 
-SWALLOWED = 0.5
+ABSORBED_SHARE = 0.5
 """Share of the mean square from which on re-tuning is said to close a gap."""
 
 SIGNATURE, RAW_DATA = "signature", "raw data"
@@ -84,7 +84,7 @@ class Retuning:
     moved: tuple[ParameterMove, ...]
     """Parameters that plainly moved, those that matter most first."""
     looks_like: tuple[str, ...] = ()
-    """Effects of the angle that a fit of these parameters swallows in the same way: where it closes the gap, any of
+    """Effects of the angle that a fit of these parameters absorbs in the same way: where it closes the gap, any of
     them may be what is there."""
 
     @property

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from rig.app.gap.check.absorbed import Swallowed, table
+from rig.app.gap.check.absorbed import Absorbed, table
 from rig.blind_check.check import result_from
 from rig.blind_check.folder import write_json
 from rig.blind_check.follow_up import commands_of
@@ -279,17 +279,17 @@ def test_a_case_is_asked_the_modes_that_measure_its_gap() -> None:
     assert {MODES[name].pressures for name in every if name.endswith("angle")} == {False}
 
 
-def test_what_a_fit_swallows_is_counted_apart() -> None:
-    swallowed = said("sensor_offset", ambiguous=("sensor_gain",)) | {}
-    swallowed["diagnosis"]["retuning"] = {"closes_fraction": 0.9, "parameters": [{"name": "xi1"}]}
-    right = score_mode("simulator", swallowed, label("sensor_gain"), facts("sensor_gain"))
+def test_what_a_fit_absorbs_is_counted_apart() -> None:
+    absorbed = said("sensor_offset", ambiguous=("sensor_gain",)) | {}
+    absorbed["diagnosis"]["retuning"] = {"closes_fraction": 0.9, "parameters": [{"name": "xi1"}]}
+    right = score_mode("simulator", absorbed, label("sensor_gain"), facts("sensor_gain"))
     assert (right.absorbed, right.absorbed_right, right.exact) == (True, True, False)
-    swallowed["diagnosis"]["retuning"]["closes_fraction"] = 0.2
-    wrong = score_mode("simulator", swallowed, label("sensor_gain"), facts("sensor_gain"))
+    absorbed["diagnosis"]["retuning"]["closes_fraction"] = 0.2
+    wrong = score_mode("simulator", absorbed, label("sensor_gain"), facts("sensor_gain"))
     assert not wrong.absorbed_right
     result = mode_result([right, wrong])
     assert (result["absorbed_right"]["k"], result["absorbed_right"]["n"], result["exact_first"]["n"]) == (1, 2, 0)
-    assert not score_mode("pressures", swallowed, label("sensor_gain"), facts("sensor_gain")).absorbed
+    assert not score_mode("pressures", absorbed, label("sensor_gain"), facts("sensor_gain")).absorbed
 
 
 @pytest.mark.parametrize(("low", "high", "holds"), [(0.1, 0.3, True), (0.4, 0.6, False)])
@@ -327,9 +327,9 @@ def test_answers_that_contradict_themselves_are_counted_with_their_sentences() -
 
 def test_absorbed_effects_are_told_by_their_median_share() -> None:
     found = [
-        Swallowed("fluidic", "delay", 0.2),
-        Swallowed("mckibben", "delay", 0.4),
-        Swallowed("fluidic", "creep", None),
+        Absorbed("fluidic", "delay", 0.2),
+        Absorbed("mckibben", "delay", 0.4),
+        Absorbed("fluidic", "creep", None),
     ]
     assert list(table(found)) == [("delay", pytest.approx(0.3), 2), ("creep", None, 0)]
 

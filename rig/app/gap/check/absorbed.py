@@ -1,4 +1,4 @@
-"""What `pamrig gap check absorbed` does: how much of each effect a fit of the simulator's own parameters swallows, on
+"""What `pamrig gap check absorbed` does: how much of each effect a fit of the simulator's own parameters absorbs, on
 development units of the families that may be fitted on.
 
 It is how the check's list of absorbed effects (`rig.blind_check.score.ABSORBED`) is declared before any case is scored.
@@ -26,7 +26,7 @@ STRENGTH = 4.0
 
 
 @dataclass(frozen=True)
-class Swallowed:
+class Absorbed:
     """One effect on one unit."""
 
     family: str
@@ -35,16 +35,16 @@ class Swallowed:
     """Of the effect's mean square, on records that the fit has not seen; None where it does not show."""
 
 
-def swallowed(
+def absorbed_shares(
     seed: int, units: int, workers: int | None = None, report: Callable[[int], None] = lambda done: None
-) -> list[Swallowed]:
+) -> list[Absorbed]:
     """Every effect of the library on `units` units of each family."""
     rigs = [(name, seed, unit) for name in known_families(()) for unit in range(units)]
     with executor(None, workers) as pool:
         return [one for some in each(pool, of_unit, rigs, report) for one in some]
 
 
-def of_unit(rig: tuple[str, int, int]) -> list[Swallowed]:
+def of_unit(rig: tuple[str, int, int]) -> list[Absorbed]:
     """Every effect on one unit: identified on its first day, fitted again to a day with the effect."""
     name, seed, unit = rig
     first = draw_sheet(Purpose.DEVELOPMENT, seed, 10 * (unit + 1), name, against=SISTERS)[10 * unit]
@@ -53,7 +53,7 @@ def of_unit(rig: tuple[str, int, int]) -> list[Swallowed]:
     model = without_fingerprint(nominal_model(healthy, bench.excitations[0].p0_mpa))
     missed = _errors(model, records_of(bench.baselines[1]))
     effects = [effect for effect in LIBRARY if effect in family(name).effects and not LIBRARY[effect].signature]
-    return [Swallowed(name, effect, _share(model, first, bench, effect, missed)) for effect in effects]
+    return [Absorbed(name, effect, _share(model, first, bench, effect, missed)) for effect in effects]
 
 
 def _share(model: Model, unit: Case, bench: Bench, effect: str, missed: tuple[float, float] | None) -> float | None:
@@ -73,8 +73,8 @@ def _errors(model: Model, records: Sequence[Record]) -> tuple[float, float] | No
     return None if found is None else (found.retuning.before_deg, found.retuning.after_deg)
 
 
-def table(found: Sequence[Swallowed]) -> Iterator[tuple[str, float | None, int]]:
-    """Effect, median share and on how many units it showed; the most swallowed first."""
+def table(found: Sequence[Absorbed]) -> Iterator[tuple[str, float | None, int]]:
+    """Effect, median share and on how many units it showed; the most absorbed first."""
     shares: dict[str, list[float]] = {}
     for one in found:
         shares.setdefault(one.effect, [])

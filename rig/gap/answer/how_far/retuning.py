@@ -34,7 +34,7 @@ LEAST_MOVE = 0.01
 """Relative moves below this are none, whatever their standard deviation says."""
 ALIKE = 0.5
 """Share of the mean square of what re-tuning closes from which on an effect, re-tuned away, is the same; and of an
-effect's own that re-tuning must swallow."""
+effect's own that re-tuning must absorb."""
 WIDE = 20.0
 """Scales by which a parameter may move at most."""
 THINNED = 4
@@ -134,16 +134,16 @@ def _tuned(model: Model) -> list[tuple[str, str]]:
 
 
 def _alike(errors: "_Errors", fit: Fit, count: int, changes: Mapping[str, Column]) -> tuple[str, ...]:
-    """The effects that these parameters swallow, and whose swallowed part is what the fit closed; likeliest first."""
+    """The effects that these parameters absorb, and whose absorbed part is what the fit closed; likeliest first."""
     slopes = fit.jacobian[:-count] * errors.of_angle[:, None]
     closed = slopes @ fit.x
     inverse = np.linalg.pinv(slopes.T @ slopes + np.eye(count))
     found = {}
     for name, change in changes.items():
         moved = -errors.of_change(change)
-        swallowed = slopes @ (inverse @ (slopes.T @ moved))
-        share = square_sum(swallowed) / max(square_sum(moved), 1e-12)
-        same = float(swallowed @ closed) / max(float(np.sqrt(square_sum(swallowed) * square_sum(closed))), 1e-12)
+        absorbed = slopes @ (inverse @ (slopes.T @ moved))
+        share = square_sum(absorbed) / max(square_sum(moved), 1e-12)
+        same = float(absorbed @ closed) / max(float(np.sqrt(square_sum(absorbed) * square_sum(closed))), 1e-12)
         if share >= ALIKE and same > 0.0 and same**2 >= ALIKE:
             found[name] = same
     return tuple(sorted(found, key=lambda name: -found[name]))

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 
 from rig.channels import Channels
 from rig.gap.answer.chain import NAMES
-from rig.gap.answer.facts import RAW, SWALLOWED, Link, ParameterMove, Verdict
+from rig.gap.answer.facts import ABSORBED_SHARE, RAW, Link, ParameterMove, Verdict
 from rig.gap.answer.result import Cause, Diagnosis, Interval, Observation
 from rig.gap.answer.words.compared import FAR, FEW, SOURCES, error, from_model, no_effect, nothing, reference, than
 from rig.gap.answer.words.on_any_rig import on_the_rig
@@ -39,7 +39,7 @@ def answers(diagnosis: Diagnosis) -> dict[str, str]:
     told, said_first = {"Answer:": " ".join(headline(diagnosis))}, diagnosis.verdict is Verdict.NONE
     told["Why:"] = _of_each([(one.noun, one.reasons) for one in _known(diagnosis)])
     told["Look at:"] = _of_each([(one.noun, one.look_at) for one in _known(diagnosis)])
-    if diagnosis.retuning and (diagnosis.verdict is not Verdict.NONE or _swallowed(diagnosis)):
+    if diagnosis.retuning and (diagnosis.verdict is not Verdict.NONE or _absorbed(diagnosis)):
         told["Re-tuning:"] = _retuning(diagnosis)
     if _named(diagnosis) or diagnosis.verdict is Verdict.UNKNOWN:
         told["What stays:"] = _stays(diagnosis)
@@ -227,7 +227,7 @@ def _retuning(diagnosis: Diagnosis) -> str:
         else f"; no {'valve, ' if diagnosis.channels.has_valves else ''}joint or sensor parameter moves plainly."
     )
     others = [name for name in tuning.looks_like if name not in {cause.effect for cause in diagnosis.causes}]
-    if _swallowed(diagnosis) and others and not _in_pressures(diagnosis):
+    if _absorbed(diagnosis) and others and not _in_pressures(diagnosis):
         said += f" In these records any of these would look the same: {_first_of(others)}."
     return f"{said} {_beyond(diagnosis)}".rstrip() if not diagnosis.reference.by_days and _helps(diagnosis) else said
 
@@ -243,10 +243,10 @@ def _in_pressures(diagnosis: Diagnosis) -> bool:
     return any(cause.judged_on == PRESSURES for cause in _named(diagnosis))
 
 
-def _swallowed(diagnosis: Diagnosis) -> bool:
+def _absorbed(diagnosis: Diagnosis) -> bool:
     """A gap above the usual one that goes when the simulator's own parameters are fitted again."""
     gap, tuning = diagnosis.gap, diagnosis.retuning
-    return tuning is not None and tuning.closes_fraction >= SWALLOWED and gap.rms_deg > gap.floor_deg
+    return tuning is not None and tuning.closes_fraction >= ABSORBED_SHARE and gap.rms_deg > gap.floor_deg
 
 
 def _moved(one: ParameterMove) -> str:
