@@ -56,7 +56,7 @@ class StrictLoader(yaml.SafeLoader):
     """SafeLoader that refuses duplicate keys, and whose numbers are what they look like.
 
     YAML 1.1 reads 010 as 8, 1:30 as 90 and 1e-3 as text; here the first two are text, which no number field takes, and
-    the third is a number. A date is text as well.
+    the third is a number. A date is text as well, and so is a key that YAML 1.1 takes for true or false: on, off, y, n.
     """
 
 
@@ -68,6 +68,8 @@ def _mapping_without_duplicates(loader: StrictLoader, node: yaml.MappingNode) ->
         if key.value in seen:
             raise yaml.constructor.ConstructorError(None, None, f"the key {key.value!r} stands twice", key.start_mark)
         seen.add(key.value)
+        if key.tag == "tag:yaml.org,2002:bool":
+            key.tag = "tag:yaml.org,2002:str"
     loader.flatten_mapping(node)
     return loader.construct_mapping(node, deep=True)
 

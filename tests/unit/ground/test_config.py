@@ -165,6 +165,14 @@ def test_numbers_are_what_they_look_like(tmp_path: Path, text: str, value: objec
     assert read_yaml(path) == {"a": value}
 
 
+@pytest.mark.parametrize("word", ["on", "off", "y", "n", "yes", "No"])
+def test_a_key_is_the_word_that_it_looks_like(tmp_path: Path, word: str) -> None:
+    """`web: {on: false}` in a daemon's settings had a key that was true."""
+    path = tmp_path / "n.yaml"
+    path.write_text(f"web: {{{word}: off}}\n")
+    assert read_yaml(path) == {"web": {word: False}}
+
+
 def test_a_missing_file_is_told_with_its_neighbour(tmp_path: Path) -> None:
     (tmp_path / "simulated.yaml").write_text("")
     with pytest.raises(ConfigError, match=r"simulatd.yaml: no such file; did you mean .*/simulated.yaml\?"):

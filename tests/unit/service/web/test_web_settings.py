@@ -19,6 +19,7 @@ def test_it_is_on_by_itself_on_the_loopback_and_off_by_one_word(tmp_path: Path) 
     assert Web().on
     assert Web().local
     assert not settings(tmp_path, "web: false").on
+    assert not settings(tmp_path, "web: {on: false}").on
     assert settings(tmp_path, "web: true").on
     assert settings(tmp_path, "web: {port: 9000}").port == 9000
 
