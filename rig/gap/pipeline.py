@@ -231,7 +231,7 @@ def _paired(question: Question, records: Sequence[Record], days: Sequence[Sequen
     if not question.kind.by_days:
         return pair_with_kept(records, _fingerprint(question), p0_mpa, pressures=question.pressures)
     pairing = pair_up(records, days, p0_mpa, pressures=question.pressures)
-    if not pairing.pairs[0].sessions:
+    if not pairing.pairs[0].days:
         raise RecordError(f"--baseline: pairs with no record: {'; '.join(pairing.notes) or 'other sweeps'}")
     return pairing
 
@@ -256,7 +256,9 @@ def _bridged(question: Question, pairing: Pairing) -> Pairing:
         for k in range(count)
     ]
     anew = _paired(question, records, days)
-    if [pair.name for pair in anew.pairs] != [pair.name for pair in pairing.pairs] or anew.sessions != pairing.sessions:
+    if [pair.name for pair in anew.pairs] != [
+        pair.name for pair in pairing.pairs
+    ] or anew.day_count != pairing.day_count:
         return anew.noting(*pairing.notes)
     pairs = [
         replace(pair, dropouts=was.dropouts, baseline_dropouts=was.baseline_dropouts, numbers=was.numbers)

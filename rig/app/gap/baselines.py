@@ -1,4 +1,4 @@
-"""The earlier days that a diagnosis compares with: which sessions they are, that the log under test is not one of them,
+"""The earlier days that a diagnosis compares with: which days they are, that the log under test is not one of them,
 and that one which does not go with the others (`rig.gap.records.odd_days`) is left out."""
 
 from collections.abc import Iterator, Sequence
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Session:
+class EarlierDay:
     """One earlier day: where it lies, and its records."""
 
     path: Path
@@ -75,7 +75,7 @@ def check_apart(logs: Sequence[Path], baselines: Sequence[Path]) -> None:
                 )
 
 
-def read_sessions(baselines: Sequence[Path], model_file: Path | None = None) -> list[Session]:
+def read_days(baselines: Sequence[Path], model_file: Path | None = None) -> list[EarlierDay]:
     """Every session with its records; RecordError when one cannot be read.
 
     `model` stands for the logs that `model_file` was identified from, unless something is really called so.
@@ -84,29 +84,29 @@ def read_sessions(baselines: Sequence[Path], model_file: Path | None = None) -> 
 
     of_model = model_file is not None and MODEL in baselines and not MODEL.exists()
     named = [path for path in baselines if not (of_model and path == MODEL)]
-    sessions = [Session(path, read(path)) for path in sessions_of(named)]
+    days = [EarlierDay(path, read(path)) for path in sessions_of(named)]
     if of_model and model_file is not None:
-        sessions.append(Session(MODEL, read_all(logs_of_model(model_file))))
-    return sessions
+        days.append(EarlierDay(MODEL, read_all(logs_of_model(model_file))))
+    return days
 
 
 @dataclass(frozen=True)
 class EarlierDays:
-    """The sessions that the records are compared with, and those that were given and are not."""
+    """The days that the records are compared with, and those that were given and are not."""
 
-    sessions: list[Session]
+    days: list[EarlierDay]
     odd: dict[Path, str]
-    """Session that disagrees with the others -> how, in one line."""
+    """Day that disagrees with the others -> how, in one line."""
 
     @property
     def records(self) -> "list[list[Record]]":
-        """Of each session."""
-        return [day.records for day in self.sessions]
+        """Of each day."""
+        return [day.records for day in self.days]
 
     def listed(self) -> Iterator[str]:
-        """A line for each session that is compared with."""
-        for session in self.sessions:
-            yield f"earlier day {session.path}: {len(session.records)} records"
+        """A line for each day that is compared with."""
+        for day in self.days:
+            yield f"earlier day {day.path}: {len(day.records)} records"
 
     def lines(self) -> Iterator[str]:
         """The same, and a line for each that disagrees with the others."""
@@ -115,8 +115,8 @@ class EarlierDays:
 
 
 def earlier_days(baselines: Sequence[Path], model_file: Path | None = None, *, every: bool = False) -> EarlierDays:
-    """The earlier days (`read_sessions`) without those that disagree with the others; `every` keeps these too."""
-    return agreeing(read_sessions(baselines, model_file), every=every)
+    """The earlier days (`read_days`) without those that disagree with the others; `every` keeps these too."""
+    return agreeing(read_days(baselines, model_file), every=every)
 
 
 def compared_with(baselines: Sequence[Path], model_file: Path | None = None, *, every: bool = False) -> list[str]:
@@ -124,22 +124,22 @@ def compared_with(baselines: Sequence[Path], model_file: Path | None = None, *, 
     return list(earlier_days(baselines, model_file, every=every).lines())
 
 
-def agreeing(sessions: Sequence[Session], *, every: bool = False) -> EarlierDays:
-    """The sessions without those that disagree with the others, which must be most of them; `every` keeps these too."""
+def agreeing(days: Sequence[EarlierDay], *, every: bool = False) -> EarlierDays:
+    """The days without those that disagree with the others, which must be most of them; `every` keeps these too."""
     from rig.gap.records.odd_days import odd_days, two_apart
 
-    days = [session.records for session in sessions]
-    if len(days) == 2 and (apart := two_apart(*days)):
-        both = " and ".join(str(session.path) for session in sessions)
+    records = [day.records for day in days]
+    if len(days) == 2 and (apart := two_apart(*records)):
+        both = " and ".join(str(day.path) for day in days)
         doubt = f"{both} differ by {apart}: another rig, or a day with a fault; a third day tells which"
-        return EarlierDays(list(sessions), {sessions[-1].path: doubt})
+        return EarlierDays(list(days), {days[-1].path: doubt})
     found = {
-        sessions[k].path: f"the other days: {apart}; was the rig well on that day?"
-        for k, apart in odd_days(days).items()
+        days[k].path: f"the other days: {apart}; was the rig well on that day?"
+        for k, apart in odd_days(records).items()
     }
-    if every or 2 * len(found) >= len(sessions):
+    if every or 2 * len(found) >= len(days):
         kept = "" if every else "; and so do too many to say which days are the healthy ones: all are kept"
-        return EarlierDays(list(sessions), {path: f"{path} disagrees with {how}{kept}" for path, how in found.items()})
+        return EarlierDays(list(days), {path: f"{path} disagrees with {how}{kept}" for path, how in found.items()})
     out = "left out (--every-day keeps it)"
     said = {path: f"{path} is {out}: it disagrees with {how}" for path, how in found.items()}
-    return EarlierDays([session for session in sessions if session.path not in found], said)
+    return EarlierDays([day for day in days if day.path not in found], said)

@@ -7,7 +7,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from rig.app.gap.baselines import EarlierDays, Session, days_in, earlier_days
+from rig.app.gap.baselines import EarlierDay, EarlierDays, days_in, earlier_days
 from rig.errors import ConfigError, RigError
 from rig.outputs import Kind, write_text
 from rig.tags import told
@@ -58,7 +58,7 @@ def cases_of(logs: tuple[Path, ...]) -> list[Case]:
 
 
 def diagnose_case(
-    options: DiagnosisOptions, case: Case, sessions: Sequence[Session] | None = None
+    options: DiagnosisOptions, case: Case, sessions: Sequence[EarlierDay] | None = None
 ) -> "tuple[Diagnosis, str]":
     """Read (the sessions too, where the caller has not), diagnose, write the files that were asked for; with the
     diagnosis why one of them was not written, empty when all are."""
@@ -72,7 +72,7 @@ def diagnose_case(
     model = load_model(find_config(options.model, "models"))
     records = _read(case.logs)
     if sessions is None:
-        sessions = earlier_days(options.baselines, options.model, every=options.every_day).sessions
+        sessions = earlier_days(options.baselines, options.model, every=options.every_day).days
     library = list(options.effects) or None
     diagnosis, grounds = diagnose_with_grounds(
         model,
@@ -231,7 +231,7 @@ def place_of(path: Path, day: str | None) -> Path:
 
 
 def write_overview(
-    options: DiagnosisOptions, results: "Mapping[str | None, Diagnosis]", days: Sequence[Session]
+    options: DiagnosisOptions, results: "Mapping[str | None, Diagnosis]", days: Sequence[EarlierDay]
 ) -> None:
     """The page of a whole campaign, at the name that was asked for; each day has its own beside it."""
     named = {name: diagnosis for name, diagnosis in results.items() if name is not None}
@@ -255,7 +255,7 @@ def without_next(options: DiagnosisOptions, results: "Mapping[str | None, Diagno
 
 
 def _origin(
-    options: DiagnosisOptions, case: Case, records: "Sequence[Record]", sessions: Sequence[Session]
+    options: DiagnosisOptions, case: Case, records: "Sequence[Record]", sessions: Sequence[EarlierDay]
 ) -> dict[str, str]:
     """Whose the answer is: what the report says of where it comes from."""
     from importlib.metadata import version
@@ -287,5 +287,5 @@ def report(results: "Mapping[str | None, Diagnosis]", days: EarlierDays) -> dict
     """The JSON of the command: one diagnosis as it is, several by the names of their days; and what they were compared
     with."""
     plain = {name: diagnosis.to_json() for name, diagnosis in results.items()}
-    sessions = [{"path": str(day.path), "records": len(day.records)} for day in days.sessions]
+    sessions = [{"path": str(day.path), "records": len(day.records)} for day in days.days]
     return plain.get(None, {"days": plain}) | {"baseline": {"sessions": sessions, "disagree": list(days.odd.values())}}

@@ -111,7 +111,7 @@ def diagnose(
     if len(cases) == 1:
         with progress("diagnosing") as update:
             update(0.0, first_time())
-            diagnosis, unwritten = diagnose_case(chosen, cases[0], days.sessions)
+            diagnosis, unwritten = diagnose_case(chosen, cases[0], days.days)
         campaign = Campaign({cases[0].name: diagnosis}, {}, [unwritten] if unwritten else [])
     else:
         campaign = diagnose_campaign(chosen, cases, dask, workers)
@@ -122,7 +122,7 @@ def diagnose(
         _show(diagnosis, name, json_to)
     for line in (*days.listed(), *without_next(chosen, results)):
         console(json_to).print(line)
-    write_overview(chosen, results, days.sessions)  # behind the text: a disk that takes no file takes no answer away
+    write_overview(chosen, results, days.days)  # behind the text: a disk that takes no file takes no answer away
     emit(report(results, days), json_to)
     campaign.complain()
 

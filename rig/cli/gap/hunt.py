@@ -97,7 +97,7 @@ def hunt(
         rig=rig,
         folder=folder,
         days=days.records,
-        day_names=tuple(str(day.path) for day in days.sessions),
+        day_names=tuple(str(day.path) for day in days.days),
         every_day=every_day,
         virtual=clock == "virtual",
         daemon=_daemon(socket, rig.name) if by_daemon else None,

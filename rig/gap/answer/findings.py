@@ -75,7 +75,7 @@ def evidence_of(findings: Findings, gaps: Sequence[Column], far: HowFar, added: 
         factors={_judged_on(posterior): _judged(posterior) for posterior in findings.posteriors},
         signatures=findings.signatures,
         records=[RecordGap(pair.name, one, other) for pair, one, other in zip(pairs, before, after, strict=True)],
-        sessions=len(pairs[0].sessions),
+        sessions=len(pairs[0].days),
         pressures_used=findings.expected.driven,
         unpaired=findings.expected.pairing.unpaired,
         model_misfit_deg=findings.misfit_deg,

@@ -39,7 +39,7 @@ def floor_of(expected: Expected, settings: Fitted) -> Floor:
 
 def floor_source(expected: Expected) -> str:
     """What the floor rests on: the rig's own days from two on, else what is usual of such a reference."""
-    return Kind.SESSIONS.value if expected.pairing.sessions > 1 else expected.levels
+    return Kind.SESSIONS.value if expected.pairing.day_count > 1 else expected.levels
 
 
 def _unsteady(anew: Unrepeated) -> str:

@@ -88,7 +88,7 @@ def _with_days(
     if expected.planned:
         return parts, np.zeros((len(parts.gap), 0))
     shown = shown_by(expected.contexts, days_of)
-    return with_unrepeated(parts, expected.contexts, shown), shown[:, : len(expected.contexts[0].pair.sessions)]
+    return with_unrepeated(parts, expected.contexts, shown), shown[:, : len(expected.contexts[0].pair.days)]
 
 
 def pressure_scene(expected: Expected, settings: Fitted, whole: Expected | None = None) -> Scene:

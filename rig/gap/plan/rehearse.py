@@ -10,7 +10,7 @@ from rig.errors import ModelError
 from rig.excite.experiment import RunPlan
 from rig.excite.setpoints import around
 from rig.gap.hypotheses.scenes import ANGLE, PRESSURES, Stand, angle_stand, pressure_stand
-from rig.gap.records.grid import Pair, Session
+from rig.gap.records.grid import Pair, RunColumns
 from rig.gap.records.pairs import Pairing
 from rig.gap.reference.build import Expected, Kind, from_response, rms_of
 from rig.gap.reference.expectation import line_noise
@@ -115,7 +115,7 @@ def _expected_pair(rig: Rig, plan: RunPlan, draw: np.random.Generator) -> Pair:
 
     heard = [measured(p, rig.noise.pressure_mpa) for p in (p1, p2)] if rig.pressures else [None, None]
     raw = Record(plan.name, t, dp, measured(angle, rig.noise.angle_deg), u1, u2, *heard)
-    case = Session(p1, p2, angle) if rig.pressures else Session(None, None, angle)
+    case = RunColumns(p1, p2, angle) if rig.pressures else RunColumns(None, None, angle)
     return Pair(plan.name, dt_s, t, u1, u2, case, (), np.ones_like(t), raw, (), t)
 
 

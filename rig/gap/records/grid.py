@@ -20,7 +20,7 @@ from rig.smoothing import smoothed
 
 
 @dataclass(frozen=True)
-class Session:
+class RunColumns:
     """One run of one sweep on the grid, smoothed; columns of shape (n,), None where not measured."""
 
     p1_mpa: Column | None
@@ -30,15 +30,15 @@ class Session:
 
 @dataclass(frozen=True)
 class Pair:
-    """A record of the case, its command, and every baseline session's run of the same sweep."""
+    """A record of the case, its command, and every earlier day's run of the same sweep."""
 
     name: str
     dt_s: float
     t_s: Column
     u1_mpa: Column
     u2_mpa: Column
-    case: Session
-    sessions: tuple[Session, ...]
+    case: RunColumns
+    days: tuple[RunColumns, ...]
     used: Column
     """1 where the case and its baselines were measured, 0 in holes, where one of them did not run yet, and at the
     smoothing's edges."""
@@ -53,7 +53,7 @@ class Pair:
     baseline_dropouts: tuple[tuple[Dropouts, ...], ...] = ()
     """What fell in each baseline's."""
     numbers: tuple[int, ...] = ()
-    """Of the baseline sessions, counted from 1 as they were given."""
+    """Of the earlier days, counted from 1 as they were given."""
     other_input: bool = False
     """The baselines' input is not exactly the case's: they are what they would have been at that."""
 
@@ -103,7 +103,7 @@ def on_grid(
         for (session, _), each in zip(found, (record, *others), strict=True)
     ]
     u1, u2 = _commands(record, t, p0_mpa)
-    case, *sessions = _through_holes(runs, holes, (u1, u2))
+    case, *days = _through_holes(runs, holes, (u1, u2))
     used = (~(np.any(holes, axis=0) | unsettled(read, theirs, t + start_s))).astype(float)
     edge = max(1, round(2 * SMOOTHING_S / (dt * stride)))
     used[-edge:] = 0.0
@@ -114,7 +114,7 @@ def on_grid(
         u1_mpa=u1,
         u2_mpa=u2,
         case=case,
-        sessions=tuple(sessions),
+        days=tuple(days),
         used=used,
         raw=record,
         raw_baselines=others,
@@ -131,12 +131,12 @@ def _input(record: Record, start_s: float, t: Column) -> Column:
     return course
 
 
-def _cut(session: Session, rows: int) -> Session:
+def _cut(session: RunColumns, rows: int) -> RunColumns:
     first, second = (None if column is None else column[:rows] for column in (session.p1_mpa, session.p2_mpa))
-    return Session(first, second, session.angle_deg[:rows])
+    return RunColumns(first, second, session.angle_deg[:rows])
 
 
-def _at_own_input(session: Session, theirs: Column, mine: Column, dt_s: float) -> Session:
+def _at_own_input(session: RunColumns, theirs: Column, mine: Column, dt_s: float) -> RunColumns:
     """The session as it would have been under the case's own input, where that is not the same: a measured one never
     is."""
     if not differs(mine, theirs):
@@ -145,15 +145,17 @@ def _at_own_input(session: Session, theirs: Column, mine: Column, dt_s: float) -
     def moved(column: Column | None) -> Column | None:
         return None if column is None else at_input(column, theirs, mine, dt_s)
 
-    return Session(moved(session.p1_mpa), moved(session.p2_mpa), at_input(session.angle_deg, theirs, mine, dt_s))
+    return RunColumns(moved(session.p1_mpa), moved(session.p2_mpa), at_input(session.angle_deg, theirs, mine, dt_s))
 
 
-def _through_holes(runs: Sequence[Session], holes: Sequence[Rows], set_points: tuple[Column, Column]) -> list[Session]:
+def _through_holes(
+    runs: Sequence[RunColumns], holes: Sequence[Rows], set_points: tuple[Column, Column]
+) -> list[RunColumns]:
     """The runs with pressures in their holes as well: those of the first other run that was measured there, or the
     set-points."""
     first = _each_through(holes, [run.p1_mpa for run in runs], set_points[0])
     second = _each_through(holes, [run.p2_mpa for run in runs], set_points[1])
-    return [Session(p1, p2, run.angle_deg) for p1, p2, run in zip(first, second, runs, strict=True)]
+    return [RunColumns(p1, p2, run.angle_deg) for p1, p2, run in zip(first, second, runs, strict=True)]
 
 
 def _each_through(holes: Sequence[Rows], columns: Sequence[Column | None], set_point: Column) -> list[Column | None]:
@@ -175,7 +177,7 @@ def _commands(record: Record, t: Column, p0_mpa: float) -> tuple[Column, Column]
 
 def _session(
     record: Record, start_s: float, t: Column, dt: float, stride: int, pressures: bool
-) -> tuple[Session, Rows]:
+) -> tuple[RunColumns, Rows]:
     """A record on the grid, and True in its holes; before its start and after its end is a hole as well."""
     columns: list[Column | None] = []
     holes, last = np.zeros(len(t), dtype=bool), np.zeros(0, dtype=bool)
@@ -190,7 +192,7 @@ def _session(
             holes |= _holes(times, t, dt)
         last = known
     assert columns[2] is not None
-    return Session(columns[0], columns[1], columns[2]), holes[::stride]
+    return RunColumns(columns[0], columns[1], columns[2]), holes[::stride]
 
 
 def _holes(times: Column, t: Column, dt: float) -> Rows:

@@ -12,7 +12,7 @@ from rig.errors import RecordError
 from rig.gap.records.alignment import align
 from rig.gap.records.conditions import difference
 from rig.gap.records.dropouts import Dropouts, Rows, without_dropouts
-from rig.gap.records.grid import Pair, Session, on_grid
+from rig.gap.records.grid import Pair, RunColumns, on_grid
 from rig.gap.records.outliers import without_outliers
 from rig.gap.records.partners import Match, Partner, find_partner, named_session, require_partners
 from rig.gap.records.rest import at_rests, rest_pressure, shifted
@@ -21,16 +21,17 @@ from rig.gap.records.usable import check_direction, check_scale, hole, reasons, 
 from rig.identify.records.monitors import broken_monitor
 from rig.record import Column, Record
 
-__all__ = ["Pair", "Pairing", "Session", "pair_up"]
+__all__ = ["Pair", "Pairing", "RunColumns", "pair_up"]
 
 
-@dataclass
+@dataclass(frozen=True)
 class Pairing:
     """All pairs, and what was found out while pairing."""
 
     pairs: list[Pair]
     pressures: bool
-    sessions: int
+    day_count: int
+    """Of earlier days that pair with every record of the case; 1 for what a fingerprint keeps."""
     p0_mpa: float
     notes: tuple[str, ...] = ()
     unpaired: Sequence[str] = ()
@@ -98,14 +99,14 @@ def pair_up(
     _check_directions(pairs)
     clipped = tuple(_clipped(pairs))
     notes.extend(clipped)
-    return Pairing(pairs, pressed, len(pairs[0].sessions), p0, tuple(notes), unpaired, clipped, matches, elsewhere)
+    return Pairing(pairs, pressed, len(pairs[0].days), p0, tuple(notes), unpaired, clipped, matches, elsewhere)
 
 
 def _check_directions(pairs: Sequence[Pair]) -> None:
     """RecordError when the case's angle runs against that of an earlier day, which is named when it is not all of
     them."""
-    cases, count = [pair.case.angle_deg for pair in pairs], len(pairs[0].sessions)
-    days = [[pair.sessions[k].angle_deg for pair in pairs] for k in range(count)]
+    cases, count = [pair.case.angle_deg for pair in pairs], len(pairs[0].days)
+    days = [[pair.days[k].angle_deg for pair in pairs] for k in range(count)]
     against = [k for k, day in enumerate(days) if runs_against(cases, day)]
     if against:
         k, one = against[0], pairs[0]

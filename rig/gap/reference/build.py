@@ -98,7 +98,7 @@ class Expected:
     def beside_records(self) -> bool:
         """Records of the same sweeps stand for the rig without a gap: of earlier days, or those that a fingerprint
         keeps."""
-        return self.pairing.sessions > 0
+        return self.pairing.day_count > 0
 
     @property
     def driven(self) -> bool:
@@ -170,7 +170,7 @@ def because(asked: str, kind: Kind, model: Model | None, sessions: int) -> str:
 
 def expect(kind: Kind, sister: bool, model: Model | None, pairing: Pairing) -> Expected:
     """What the reference says of the records; ModelError when the model is no simulator of them."""
-    if pairing.sessions:
+    if pairing.day_count:
         return _from_days(kind, model, pairing)
     if model is None:
         raise ModelError("neither a fitting baseline nor a model was given: there is nothing to compare with")

@@ -56,8 +56,8 @@ BETWEEN_TWO_DAYS = 2.0
 def pressure_days(contexts: Sequence[RecordContext]) -> Column:
     """(n, K) both monitors on each earlier day less what the reference's regulators give, valve 1 of every record and
     then valve 2; K is 0 without days."""
-    first = _by_day(contexts, lambda k, context: _less(context.pair.sessions[k].p1_mpa, context.regulated[0]))
-    second = _by_day(contexts, lambda k, context: _less(context.pair.sessions[k].p2_mpa, context.regulated[1]))
+    first = _by_day(contexts, lambda k, context: _less(context.pair.days[k].p1_mpa, context.regulated[0]))
+    second = _by_day(contexts, lambda k, context: _less(context.pair.days[k].p2_mpa, context.regulated[1]))
     return np.vstack([first, second])
 
 
@@ -71,7 +71,7 @@ def angle_days(
     their monitors `misread_mpa` on each day (K of them, where that is known)."""
 
     def beside_its_pressures(k: int, context: RecordContext) -> Column:
-        day = context.pair.sessions[k]
+        day = context.pair.days[k]
         if not driven or day.p1_mpa is None or day.p2_mpa is None:
             return day.angle_deg - context.propagated
         one, other = misread_mpa[k] if misread_mpa else (0.0, 0.0)
@@ -86,7 +86,7 @@ def _less(measured: Column | None, expected: Column) -> Column:
 
 
 def _by_day(contexts: Sequence[RecordContext], column: Callable[[int, RecordContext], Column]) -> Column:
-    count = len(contexts[0].pair.sessions)
+    count = len(contexts[0].pair.days)
     days = [np.concatenate([column(k, context) for context in contexts]) for k in range(count)]
     return np.array(days).T if days else np.zeros((sum(len(context.pair) for context in contexts), 0))
 

@@ -33,7 +33,7 @@ Modelled = tuple[Column | None, Column | None, Column]
 def modelled(model: Model, pair: Pair) -> Modelled:
     """What the model says under the pair's command, on its grid, from where the healthy rig, or else the record,
     starts."""
-    start = [session.angle_deg[0] for session in pair.sessions] or [pair.case.angle_deg[0]]
+    start = [session.angle_deg[0] for session in pair.days] or [pair.case.angle_deg[0]]
     said = simulate(model, pair.raw, start_deg=float(np.mean(start)))
     assert said.angle_deg is not None
     own = said.t_s - said.t_s[0]

@@ -43,11 +43,9 @@ class Unrepeated:
 def shown_by(contexts: Sequence[RecordContext], days_of: Callable[[Sequence[RecordContext]], Column]) -> Column:
     """(n, K) a factor's columns on the earlier days; without days, (n, 1) the case's own. `days_of` gives them less
     what a model says of them, so that periods of broken rows compare."""
-    if contexts[0].pair.sessions:
+    if contexts[0].pair.days:
         return days_of(contexts)
-    return days_of(
-        [replace(context, pair=replace(context.pair, sessions=(context.pair.case,))) for context in contexts]
-    )
+    return days_of([replace(context, pair=replace(context.pair, days=(context.pair.case,))) for context in contexts])
 
 
 def with_unrepeated(parts: Parts, contexts: Sequence[RecordContext], shown: Column) -> Parts:
@@ -55,7 +53,7 @@ def with_unrepeated(parts: Parts, contexts: Sequence[RecordContext], shown: Colu
     quieter. Without days, with what the case itself does not repeat: no simulator follows that."""
     own = unrepeated(parts.lines, _commands(contexts), shown)
     noise = np.maximum(parts.noise, own)
-    return replace(parts, noise=noise + own if contexts[0].pair.sessions else noise)
+    return replace(parts, noise=noise + own if contexts[0].pair.days else noise)
 
 
 def of_contexts(contexts: Sequence[RecordContext], days_of: Callable[[Sequence[RecordContext]], Column]) -> Unrepeated:
@@ -63,7 +61,7 @@ def of_contexts(contexts: Sequence[RecordContext], days_of: Callable[[Sequence[R
     whatever repeats itself exactly. In the columns' unit."""
     pairs, count, shown = (
         [context.pair for context in contexts],
-        len(contexts[0].pair.sessions),
+        len(contexts[0].pair.days),
         shown_by(contexts, days_of),
     )
     every = pairs * (len(shown) // sum(map(len, pairs)))

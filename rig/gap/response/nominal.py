@@ -29,11 +29,11 @@ class Reference:
 
 def mean_session(pair: Pair, pressures: bool) -> tuple[Column | None, Column | None, Column]:
     """The mean of a pair's baseline sessions."""
-    angle = np.mean([session.angle_deg for session in pair.sessions], axis=0)
+    angle = np.mean([session.angle_deg for session in pair.days], axis=0)
     if not pressures:
         return None, None, angle
-    first = np.mean([session.p1_mpa for session in pair.sessions if session.p1_mpa is not None], axis=0)
-    second = np.mean([session.p2_mpa for session in pair.sessions if session.p2_mpa is not None], axis=0)
+    first = np.mean([session.p1_mpa for session in pair.days if session.p1_mpa is not None], axis=0)
+    second = np.mean([session.p2_mpa for session in pair.days if session.p2_mpa is not None], axis=0)
     return first, second, angle
 
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Literal
 from pamrig._models import _model, save_model
 from pamrig._picture import Picture, html_table
 from pamrig._places import Logs, place_of, records_of
-from rig.app.gap.baselines import Session, agreeing, check_apart, read_sessions
+from rig.app.gap.baselines import EarlierDay, agreeing, check_apart, read_days
 from rig.app.gap.effects import check_effects
 from rig.errors import ConfigError, ModelError
 from rig.gap.answer.result import Cause
@@ -129,12 +129,12 @@ def _days(logs: Logs, baselines: Sequence[Logs], *, every: bool) -> list[list[Re
     """The records of each earlier day; one that disagrees with the others is left out, and said to the log."""
     places = [Path(day) for day in baselines if isinstance(day, str | Path)]
     check_apart([Path(logs)] if isinstance(logs, str | Path) else [], places)
-    sessions: list[Session] = []
+    sessions: list[EarlierDay] = []
     for number, day in enumerate(baselines, 1):
         if isinstance(day, str | Path):
-            sessions += read_sessions([Path(day)])
+            sessions += read_days([Path(day)])
         else:
-            sessions.append(Session(Path(f"day {number}"), records_of(day)))
+            sessions.append(EarlierDay(Path(f"day {number}"), records_of(day)))
     earlier = agreeing(sessions, every=every)
     for odd in earlier.odd.values():
         _LOG.warning("%s", odd)

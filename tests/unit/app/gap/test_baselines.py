@@ -6,17 +6,17 @@ from pathlib import Path
 import pytest
 from support.records.made_days import made_day
 
-from rig.app.gap.baselines import Session, agreeing, check_apart, sessions_of
+from rig.app.gap.baselines import EarlierDay, agreeing, check_apart, sessions_of
 from rig.errors import RigError
 
 
-def day(name: str, lag_ticks: int = 0, seed: int = 1) -> Session:
-    return Session(Path(name), made_day(lag_ticks, seed))
+def day(name: str, lag_ticks: int = 0, seed: int = 1) -> EarlierDay:
+    return EarlierDay(Path(name), made_day(lag_ticks, seed))
 
 
 def test_days_that_agree_are_all_compared_with() -> None:
     days = [day(f"day_{n}", seed=n) for n in range(6)]
-    assert agreeing(days).sessions == days
+    assert agreeing(days).days == days
     assert agreeing(days).odd == {}
 
 
@@ -24,7 +24,7 @@ def test_days_that_agree_are_all_compared_with() -> None:
 def test_a_sick_day_among_healthy_ones_is_left_out_and_said(count: int) -> None:
     healthy, sick = [day(f"day_{n}", seed=n) for n in range(count - 1)], day("sick", lag_ticks=8)
     found = agreeing([sick, *healthy])
-    assert found.sessions == healthy
+    assert found.days == healthy
     assert found.records == [each.records for each in healthy]
     *listed, note = found.lines()
     assert listed == [f"earlier day day_{n}: 2 records" for n in range(count - 1)]
@@ -34,18 +34,18 @@ def test_a_sick_day_among_healthy_ones_is_left_out_and_said(count: int) -> None:
 def test_every_day_is_kept_where_it_is_asked_for_and_where_too_many_disagree() -> None:
     healthy, sick = [day(f"day_{n}", seed=n) for n in range(4)], day("sick", lag_ticks=8)
     every = agreeing([*healthy, sick], every=True)
-    assert every.sessions == [*healthy, sick]
+    assert every.days == [*healthy, sick]
     assert list(every.odd) == [sick.path]
     assert "left out" not in every.odd[sick.path]
     sweeps = [day(f"day_{number}", lag_ticks=8 * n) for number, n in enumerate((0, 0, 4, 9))]
     split = agreeing(sweeps)
-    assert split.sessions == sweeps
+    assert split.days == sweeps
     assert all("all are kept" in said for said in split.odd.values())
 
 
 def test_of_two_days_that_differ_both_are_kept_and_it_is_said() -> None:
     two = agreeing([day("monday"), day("tuesday", lag_ticks=8)])
-    assert [each.path.name for each in two.sessions] == ["monday", "tuesday"]
+    assert [each.path.name for each in two.days] == ["monday", "tuesday"]
     (said,) = two.odd.values()
     assert said.startswith("monday and tuesday differ by ")
     assert said.endswith("a third day tells which")

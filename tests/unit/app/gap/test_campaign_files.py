@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from rig.app.gap.baselines import Session
+from rig.app.gap.baselines import EarlierDay
 from rig.app.gap.diagnosing import DiagnosisOptions, without_next, write_overview
 from rig.gap.answer.facts import Evidence, Gap, Judged, Verdict, Where
 from rig.gap.answer.result import Cause, Diagnosis
@@ -29,7 +29,7 @@ def options(tmp_path: Path) -> DiagnosisOptions:
 
 def test_a_campaign_has_an_overview_that_leads_to_each_day(tmp_path: Path) -> None:
     results = {"day 1": diagnosis("valve_lag"), "<b>2": diagnosis()}
-    write_overview(options(tmp_path), results, [Session(Path("healthy/a"), [])])
+    write_overview(options(tmp_path), results, [EarlierDay(Path("healthy/a"), [])])
     page = (tmp_path / "gap.html").read_text()
     assert page.startswith("<!doctype html>")
     assert '<a href="gap_day%201.html">day 1</a>' in page

@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.stats import multivariate_normal
 
-from rig.app.gap.baselines import logs_of_model, read_sessions
+from rig.app.gap.baselines import logs_of_model, read_days
 from rig.errors import ConfigError, RigError
 from rig.gap.answer.chain import STAGES, chain
 from rig.gap.answer.result import Cause
@@ -153,7 +153,7 @@ def test_a_model_without_its_logs_is_one_clear_line(tmp_path: Path) -> None:
     with pytest.raises(RigError, match=r"--baseline model: .*bare.yaml does not say which logs"):
         logs_of_model(place)
     with pytest.raises(RigError, match="--baseline model"):
-        read_sessions([Path("model")], place)
+        read_days([Path("model")], place)
 
 
 def cause(effect: str, stage: str, before: float, after: float) -> Cause:

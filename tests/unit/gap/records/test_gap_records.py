@@ -60,7 +60,7 @@ def test_a_baseline_of_another_phase_lies_on_the_cases_clock() -> None:
     pairing = pair_up([record()], [[record(late_s=0.4)]], 0.2)
     pair = pairing.pairs[0]
     assert pairing.matches[0].shift_s == pytest.approx(0.4, abs=1e-3)
-    assert np.max(np.abs((pair.case.angle_deg - pair.sessions[0].angle_deg) * pair.used)) < 0.05
+    assert np.max(np.abs((pair.case.angle_deg - pair.days[0].angle_deg) * pair.used)) < 0.05
 
 
 def test_a_name_that_the_session_has_decides() -> None:
@@ -119,7 +119,7 @@ def test_sessions_that_pair_with_nothing_are_refused_with_how_far_off() -> None:
 def test_a_measured_input_is_compared_at_the_cases_own() -> None:
     pairing = pair_up([record(scale=1.05)], [[record()]], 0.2)
     pair = pairing.pairs[0]
-    left = (pair.case.angle_deg - pair.sessions[0].angle_deg) * pair.used
+    left = (pair.case.angle_deg - pair.days[0].angle_deg) * pair.used
     assert np.std(left) < 0.05 * np.std(0.05 * pair.case.angle_deg)
     assert any("they are taken at its own" in note for note in pairing.notes)
 
@@ -271,10 +271,10 @@ def test_sessions_of_different_sweeps_stand_for_one_earlier_day() -> None:
 
     days = [day(a, b, noise=0.1), day(a, c, noise=0.2), day(b, c, noise=0.3)]
     pairing = pair_up([a, b, c], days, 0.2)
-    assert [len(pair.sessions) for pair in pairing.pairs] == [1, 1, 1]
+    assert [len(pair.days) for pair in pairing.pairs] == [1, 1, 1]
     assert any("different sweeps: together they count as one earlier day" in note for note in pairing.notes)
     whole = pair_up([a, b, c], [day(a, b, c, noise=0.1), day(a, b, c, noise=0.2)], 0.2)
-    assert [len(pair.sessions) for pair in whole.pairs] == [2, 2, 2]
+    assert [len(pair.days) for pair in whole.pairs] == [2, 2, 2]
     assert not any("different sweeps" in note for note in whole.notes)
 
 
@@ -338,7 +338,7 @@ def test_rows_that_were_cut_out_change_nothing_beside_a_day_that_has_them(second
     pair = pairing.pairs[0]
     assert not [note for note in pairing.notes if "its input is not exactly" in note]
     assert [note for note in pairing.notes if "without samples from 4 s on" in note]
-    gap = (pair.case.angle_deg - pair.sessions[0].angle_deg / 1.001) * pair.used
+    gap = (pair.case.angle_deg - pair.days[0].angle_deg / 1.001) * pair.used
     assert float(np.max(np.abs(gap))) < 0.03, "of 10 deg, at its edges"
 
 

@@ -34,10 +34,10 @@ def sine(name: str, hertz: float) -> Record:
 def test_the_same_sweeps_are_compared_with_what_the_rig_answered_then(known: Fingerprint) -> None:
     records = session(9)
     kept, day = pair_with_kept(records, known, P0_MPA), pair_up(records, [session(1)], P0_MPA)
-    assert kept.sessions == 1
+    assert kept.day_count == 1
     assert [pair.name for pair in kept.pairs] == [record.name for record in records]
     for mine, theirs in zip(kept.pairs, day.pairs, strict=True):
-        (session_kept,), (session_day,) = mine.sessions, theirs.sessions
+        (session_kept,), (session_day,) = mine.days, theirs.days
         inner = mine.used > 0
         rest = session_kept.angle_deg[: len(theirs)][inner] - session_day.angle_deg[inner]
         assert np.std(rest) < 0.03, "no more than the noise that was not kept"
@@ -47,24 +47,24 @@ def test_the_same_sweeps_are_compared_with_what_the_rig_answered_then(known: Fin
 
 def test_without_records_in_it_nothing_pairs(known: Fingerprint) -> None:
     for fingerprint in (None, replace(known, day="")):
-        assert pair_with_kept(session(9), fingerprint, P0_MPA).sessions == 0
+        assert pair_with_kept(session(9), fingerprint, P0_MPA).day_count == 0
 
 
 def test_other_sweeps_and_other_conditions_pair_with_nothing(known: Fingerprint) -> None:
     others = [sine(f"sine_{hertz}", hertz) for hertz in (0.2, 0.55)]
     found = pair_with_kept(others, known, P0_MPA)
-    assert (found.sessions, len(found.pairs)) == (0, 2)
+    assert (found.day_count, len(found.pairs)) == (0, 2)
     loaded, bare = ([replace(each, facts={"load_kg": kg}) for each in session(9)] for kg in (2.0, 0.5))
     light = replace(known, day=packed(bare))
-    assert pair_with_kept(bare, light, P0_MPA).sessions == 1
-    assert pair_with_kept(loaded, light, P0_MPA).sessions == 0
+    assert pair_with_kept(bare, light, P0_MPA).day_count == 1
+    assert pair_with_kept(loaded, light, P0_MPA).day_count == 0
 
 
 @pytest.mark.parametrize(("others", "sessions", "pairs"), [(3, 1, 3), (4, 0, 7)])
 def test_most_records_decide(known: Fingerprint, others: int, sessions: int, pairs: int) -> None:
     mixed = session(9) + [sine(f"other_{k}", 0.17 + 0.19 * k) for k in range(others)]
     found = pair_with_kept(mixed, known, P0_MPA)
-    assert (found.sessions, len(found.pairs)) == (sessions, pairs)
+    assert (found.day_count, len(found.pairs)) == (sessions, pairs)
 
 
 def test_what_cannot_be_used_is_refused_as_ever(known: Fingerprint) -> None:
@@ -83,7 +83,7 @@ def test_records_that_last_longer_than_what_is_kept_are_compared_with_the_descri
 ) -> None:
     """Half of a record was kept: what came after it was not looked at, without a word, and found to be nothing."""
     shorter = replace(known, day=packed([cut(record, seconds) for record in session(1)]))
-    assert (pair_with_kept(session(9), shorter, P0_MPA).sessions == 0) is alone
+    assert (pair_with_kept(session(9), shorter, P0_MPA).day_count == 0) is alone
 
 
 @pytest.mark.parametrize(("seconds", "said"), [(11.8, False), (6.0, True)])
