@@ -90,7 +90,7 @@ def day_of(name: str, days: float, diagnosis: Diagnosis) -> Day:
     named = (size_of(cause.effect, cause.parameters) for cause in diagnosis.causes)
     sizes = {quantity: size for one in named for quantity, size in one.items()}
     said = diagnosis.evidence.said
-    gap, floor = diagnosis.gap.rms_deg, diagnosis.gap.floor_deg
+    gap, floor = diagnosis.gap.smoothed_deg, diagnosis.gap.floor_deg
     return Day(name, days, gap, floor, diagnosis.verdict.value, sizes, said, diagnosis.channels)
 
 

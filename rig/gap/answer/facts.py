@@ -50,6 +50,8 @@ class Gap:
     """90 % interval on further records (`rig.gap.answer.how_far.further`)."""
     floor_source: str
     """What the floor rests on: the rig's own days (sessions), or what is usual of such a reference."""
+    smoothed_deg: float
+    """Of the smoothed angle, whatever the others are of: days are compared by it."""
 
     def to_json(self) -> dict[str, Any]:
         return asdict(self)

@@ -66,6 +66,7 @@ def tell(findings: Findings, after: Callable[[Sequence[tuple[str, Fit]]], HowFar
         after_low_deg=low,
         after_high_deg=high,
         floor_source=floor_source(findings.expected),
+        smoothed_deg=rms_of(gaps, pairs),
     )
     return Diagnosis(
         _verdict(causes),

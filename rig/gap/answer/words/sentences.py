@@ -147,7 +147,7 @@ def _how_far(diagnosis: Diagnosis) -> str:
     if all(cause.is_raw for cause in _named(diagnosis)):
         return (
             f"It lies in the single samples: without it these are {degrees(after)} deg off instead of "
-            f"{degrees(before)}; the smoothed angle is not helped by it."
+            f"{degrees(before)}; the smoothed angle, {degrees(gap.smoothed_deg)} deg off, is not helped by it."
         )
     left, between = _after(diagnosis) if after < before else (degrees(before), "")
     if left == degrees(before):

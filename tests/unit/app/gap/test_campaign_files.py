@@ -17,7 +17,7 @@ from rig.gap.reference.kinds import Kind
 def diagnosis(effect: str | None = None, next_experiment: Experiment | None = None) -> Diagnosis:
     """An answer with one cause or none."""
     causes = [] if effect is None else [Cause(effect, "valve", "valve", None, {}, 1.5, 0.25, 0.97, (), 0.9)]
-    gap = Gap(1.5, 0.3, 5.0, 0.97, 0.25, 0.2, 0.3, "sessions")
+    gap = Gap(1.5, 0.3, 5.0, 0.97, 0.25, 0.2, 0.3, "sessions", 1.5)
     verdict = Verdict.NONE if effect is None else Verdict.EXPLAINED
     return Diagnosis(verdict, 0.9, gap, Where(None), causes, [], next_experiment)
 

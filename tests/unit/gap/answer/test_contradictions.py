@@ -9,7 +9,7 @@ from rig.gap.answer.facts import Evidence, Gap, Judged, RecordGap, Verdict, Wher
 from rig.gap.answer.result import Cause, Diagnosis, Interval
 from rig.gap.reference.build import Kind
 
-GAP = Gap(0.751, 0.1, 7.5, 0.98, 0.0804, 0.0711, 0.0893, "simulator")
+GAP = Gap(0.751, 0.1, 7.5, 0.98, 0.0804, 0.0711, 0.0893, "simulator", 0.751)
 LAG = Cause(
     "valve_lag", "valve", "pressures", None, {"tau_s": Interval(0.0102, 0.0097, 0.0107, "s")}, 0.751, 0.0804, 0.98, (),
     0.97,

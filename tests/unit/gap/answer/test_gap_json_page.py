@@ -54,7 +54,7 @@ def full() -> Diagnosis:
     return Diagnosis(
         Verdict.EXPLAINED,
         0.9,
-        Gap(1.0, 0.1, 10.0, 0.99, 0.1, 0.1, 0.2, "sessions"),
+        Gap(1.0, 0.1, 10.0, 0.99, 0.1, 0.1, 0.2, "sessions", 1.0),
         WHERE,
         [lag],
         [Ranked("delay", "timing", "pressures", 0.9, 0.9, 1.0)],

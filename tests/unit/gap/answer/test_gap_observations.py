@@ -67,6 +67,7 @@ def test_where_only_a_mark_is_named_the_gap_is_explained_by_its_share() -> None:
     assert found.gap.explained_fraction < 1.0
     assert found.gap.rms_deg == found.causes[0].gap_before_deg
     assert found.gap.after_deg == pytest.approx(found.causes[0].gap_after_deg)
+    assert found.gap.smoothed_deg < found.gap.rms_deg
     ranked = next(line for line in found.ranking if line.effect == "quantisation")
     assert (ranked.judged_on, ranked.minus_log_evidence) == (found.causes[0].judged_on, 0.0)
 

@@ -31,7 +31,7 @@ from rig.gap.plan.experiment import Experiment
 from rig.gap.reference.build import Kind
 from rig.model.effect_stages import EFFECT_STAGES
 
-GAP = Gap(0.751, 0.1, 7.5, 0.98, 0.0804, 0.0711, 0.0893, "simulator")
+GAP = Gap(0.751, 0.1, 7.5, 0.98, 0.0804, 0.0711, 0.0893, "simulator", 0.751)
 TUNING = Retuning(0.751, 0.13, (ParameterMove("valve1_tau_s", 0.043, 0.0531, 0.0525, 0.0537, "s"),))
 
 MOTOR = Channels(Channel("goal", "rad", (-1.0, 1.0)), Channel("position", "rad", (-1.0, 1.0)))
