@@ -35,8 +35,9 @@ def tell(findings: Findings, after: Callable[[Sequence[tuple[str, Fit]]], HowFar
     """The diagnosis; `after` says how far the gap shrinks with some causes in the simulator."""
     pairs = findings.expected.pairs
     gaps = commanded_gaps(findings.expected)
-    before, known = rms_of(gaps, pairs), floor_of(findings.expected, findings.settings)
+    smoothed, known = rms_of(gaps, pairs), floor_of(findings.expected, findings.settings)
     floor = known.deg
+    before = smoothed
     kept = _helping(findings, before)
     far = after([(one.posterior.stand.name, one.fit) for one in kept])
     if far.after_deg > before and all(one.posterior.stand.name != PRESSURES for one in kept):
@@ -54,7 +55,7 @@ def tell(findings: Findings, after: Callable[[Sequence[tuple[str, Fit]]], HowFar
     causes = [*_causes(findings, kept, before, far, added), *raw, *unknowns, *strange]
     causes = [_doubted(findings.expected.pairing, cause) for cause in causes]
     if raw and len(raw) == len(causes):  # the gap is told where it was found: smoothed, it is hardly any
-        before, left = _raw_gap_deg(raw)
+        before, left = _gap_of_samples(raw)
     low, high = _further(kept, before, floor, far, findings.settings) if added else (left, left)
     named = any(cause.is_named for cause in causes)
     gap = Gap(
@@ -66,7 +67,7 @@ def tell(findings: Findings, after: Callable[[Sequence[tuple[str, Fit]]], HowFar
         after_low_deg=low,
         after_high_deg=high,
         floor_source=floor_source(findings.expected),
-        smoothed_deg=rms_of(gaps, pairs),
+        smoothed_deg=smoothed,
     )
     return Diagnosis(
         _verdict(causes),
@@ -83,7 +84,7 @@ def tell(findings: Findings, after: Callable[[Sequence[tuple[str, Fit]]], HowFar
             simulator=findings.simulator,
         ),
         evidence_of(findings, gaps, far, added),
-        _notes(findings, kept, [*known.notes, *_small_notes(small, kept, before, floor)]),
+        _notes(findings, kept, [*known.notes, *_small_notes(small, kept, smoothed, floor)]),
         reference=findings.expected.kind,
         retuning=findings.retuning,
         observations=in_samples.observations,
@@ -137,7 +138,7 @@ def _further(kept: Sequence[Kept], before: float, floor: float, far: HowFar, set
     return further(Shrunk(before, floor, far.per_record_deg2, rho), settings.further)
 
 
-def _raw_gap_deg(raw: Sequence[Cause]) -> tuple[float, float]:
+def _gap_of_samples(raw: Sequence[Cause]) -> tuple[float, float]:
     """Rms of the raw records' gap, deg, with and without what their samples show."""
     before = max(cause.gap_before_deg for cause in raw)
     closed = sum(cause.gap_before_deg**2 - cause.gap_after_deg**2 for cause in raw)

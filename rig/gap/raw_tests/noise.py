@@ -20,7 +20,7 @@ from rig.gap.raw_tests.settings import (
     SMOOTHED,
 )
 from rig.gap.raw_tests.signature import Signature
-from rig.gap.raw_tests.spectral_lines import fast_spectra, overtones_hz, without_lines
+from rig.gap.raw_tests.spectral_lines import fast_spectra, overtones, without_lines
 from rig.gap.raw_tests.statistics import about, between_days, by_chance
 from rig.identify.response.response_fit import SMOOTHING_S
 from rig.model.resample import is_regular
@@ -103,7 +103,7 @@ def _without_strongest(lines: Sequence[Signature], cases: Sequence[Record]) -> l
     if strongest is None:
         return angles_of(cases)
     line_hz = strongest.numbers["frequency_hz"]
-    those = [line_hz, *overtones_hz(fast_spectra(cases), line_hz)]
+    those = [line_hz, *overtones(fast_spectra(cases), line_hz)]
     return [without_lines(record, those) for record in cases]
 
 

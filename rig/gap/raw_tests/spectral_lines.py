@@ -61,8 +61,8 @@ def mains_line(cases: Sequence[Spectrum], sessions: Sequence[Sequence[Spectrum]]
         "amplitude_deg": about(size, line.spread_deg * own / max(size, 1e-12), 0.0),
         "frequency_hz": Size(hz, hz, hz),
     }
-    more = [_line(cases, each, margin_hz=0.0).amplitude_deg for each in overtones_hz(cases, hz)] if found else []
-    added = 0.5 * (size**2 + float(np.sum(np.square(more)))) if found else 0.0
+    more = sum(each**2 for each in overtones(cases, hz).values()) if found else 0.0
+    added = 0.5 * (size**2 + more) if found else 0.0
     return Signature(
         "mains line",
         "mains_hum",
@@ -154,15 +154,15 @@ class _Line(NamedTuple):
     p_value: float
 
 
-def overtones_hz(cases: Sequence[Spectrum], line_hz: float) -> list[float]:
-    """The multiples of a mains line that stand out as well, each where no other falls: rectifiers make the even ones,
-    saturated cores the odd ones, dimmers all."""
-    found = [line_hz]
+def overtones(cases: Sequence[Spectrum], line_hz: float) -> dict[float, float]:
+    """The multiples (Hz) of a mains line that stand out as well, each where no other falls, with their amplitudes
+    (deg): rectifiers make the even ones, saturated cores the odd ones, dimmers all."""
+    found: dict[float, float] = {}
     for hz in (multiple * line_hz for multiple in MAINS_MULTIPLES[1:]):
         line = _line(cases, hz, margin_hz=0.0)
-        if line.amplitude_deg > LINE_CLEAR * line.beside_deg and not _fall_together(cases, hz, found):
-            found.append(hz)
-    return found[1:]
+        if line.amplitude_deg > LINE_CLEAR * line.beside_deg and not _fall_together(cases, hz, (line_hz, *found)):
+            found[hz] = line.amplitude_deg
+    return found
 
 
 def _fall_together(cases: Sequence[Spectrum], hz: float, others_hz: Sequence[float]) -> bool:
