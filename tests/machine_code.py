@@ -9,7 +9,7 @@ import sys
 from support.plants.gap_rigs import asked, identified, session
 
 from hil.reference.cases import Purpose, bench_of, draw_sheet
-from hil.reference.families import NAMES
+from hil.reference.names import NAMES
 from rig.model.parameters import AddedEffect
 
 

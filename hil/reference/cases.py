@@ -31,7 +31,8 @@ from numpy.random import Generator, SeedSequence
 from hil.reference.disturbance import Disturbance, merged
 from hil.reference.effect_law import EffectLaw
 from hil.reference.excitations import Excitation, draw_set, draw_untouched
-from hil.reference.families import NAMES, Family, Named, Unit, family, run
+from hil.reference.families import Family, Named, Unit, family, run
+from hil.reference.names import NAMES
 from hil.reference.plant import Session
 from hil.reference.sizing import reach
 from rig.errors import RigError

@@ -21,10 +21,7 @@ from hil.reference.compiling import Array
 from hil.reference.disturbance import Disturbance, merged
 from hil.reference.effect_law import EffectLaw
 from hil.reference.excitations import Excitation
-from hil.reference.names import JUDGE as JUDGE
-from hil.reference.names import NAMES as NAMES
-from hil.reference.names import NOT_FITTED as NOT_FITTED
-from hil.reference.names import STEPPED as STEPPED
+from hil.reference.names import NAMES, STEPPED
 from hil.reference.plant import Build, Session, make_plant
 from rig.errors import RigError
 

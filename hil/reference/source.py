@@ -24,7 +24,8 @@ from hil.reference.cases import (
 )
 from hil.reference.compiling import Array
 from hil.reference.disturbance import Disturbance
-from hil.reference.families import NAMES, Named, Unit
+from hil.reference.families import Named, Unit
+from hil.reference.names import NAMES
 from hil.reference.plant import Session
 from rig.errors import RigError
 

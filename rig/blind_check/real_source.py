@@ -59,7 +59,7 @@ class Bench:
 
 
 @dataclass(frozen=True)
-class Carried:
+class PutInCase:
     """See rig.blind_check.source.CaseData."""
 
     records: Named
@@ -109,7 +109,7 @@ class RecordsSource:
         untouched = [day.untouched for day in (*held.days, *held.readings)][: max(len(held.days), LEAST_READINGS)]
         return Bench(held.p0_mpa, [_named(day.given) for day in held.days], list(map(_named, untouched)), {})
 
-    def case(self, label: Label) -> Carried:
+    def case(self, label: Label) -> PutInCase:
         held = _held(self.folder, int(label["held"]))
         random = np.random.default_rng(zlib.crc32(f"{label['seed']} {label['number']}".encode()))
         whole = day = held.day if held.several else _again(held.day, int(random.integers(2**31)))
@@ -124,7 +124,7 @@ class RecordsSource:
             day = _put(law, size, day, seed)
         ratio = _ratio(day, whole, held)
         told = {"effects": facts, "ratio_angle": ratio, "ratio_sisters": ratio, "ratio_pressure": None}
-        return Carried(_named(day.given), _named(day.untouched), told | {"floor_deg": held.floor_deg})
+        return PutInCase(_named(day.given), _named(day.untouched), told | {"floor_deg": held.floor_deg})
 
     def repeat(self, label: Label, facts: Mapping[str, Any], commands: Commands, number: int) -> Named:
         raise RecordError(f"{self.folder}: nothing can be recorded anew on a rig of which there are records alone")

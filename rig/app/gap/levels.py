@@ -16,7 +16,7 @@ import numpy as np
 import yaml
 
 from hil.reference.cases import CASES_PER_UNIT, Bench, Case, Purpose, bench_of, draw_sheet
-from hil.reference.families import NAMES, NOT_FITTED
+from hil.reference.names import NAMES, NOT_FITTED
 from rig.app.gap.law_errors import of_rig, shares_of_usual, usual_errors
 from rig.blind_check.generate import nominal_model
 from rig.blind_check.source import records_of

@@ -2,7 +2,8 @@
 
 import pytest
 
-from hil.reference.families import NAMES, unit
+from hil.reference.families import unit
+from hil.reference.names import NAMES
 
 
 @pytest.fixture(scope="module", params=NAMES)

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from hil.reference import families
+from hil.reference.names import STEPPED
 from rig.app import shipped
 from rig.control.frequency_response import FrequencyResponse, best_linear_approximation
 from rig.control.plant import plant_of
@@ -142,7 +143,7 @@ def test_the_stated_gain_margin_is_where_the_loop_breaks(model: Model, tuned: Tu
     assert spread[1] > 0.5
 
 
-@pytest.mark.parametrize("family", families.STEPPED)
+@pytest.mark.parametrize("family", STEPPED)
 @pytest.mark.parametrize("effects", [{}, {"valve_lag": 0.03}, {"delay": 0.03}], ids=str)
 def test_rigs_of_another_physics_settle_healthy_or_changed(
     tuned: Tuned, family: str, effects: dict[str, float]

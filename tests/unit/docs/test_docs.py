@@ -5,7 +5,6 @@ On a page, ```console blocks hold lines `$ pamrig ...`, ```yaml file=NAME blocks
 programs; all of a page are carried out in order in one empty folder.
 """
 
-import importlib.util
 import re
 import shlex
 from pathlib import Path
@@ -14,6 +13,7 @@ from typing import Any
 
 import pytest
 from conftest import ROOT
+from support.script import module_at
 from support.warm import Warm
 
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
@@ -67,12 +67,7 @@ def test_a_page_has_one_title(page: Path) -> None:
 @pytest.fixture(scope="module")
 def index() -> ModuleType:
     """docs/index.py, which is no package."""
-    spec = importlib.util.spec_from_file_location("index", ROOT / "docs" / "index.py")
-    assert spec
-    assert spec.loader
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
+    return module_at(ROOT / "docs" / "index.py")
 
 
 def test_the_indexes_hold_every_page(index: ModuleType) -> None:

@@ -1,27 +1,16 @@
 """The reference keeps step with the code it is drawn from."""
 
-import importlib.util
 from pathlib import Path
-from types import ModuleType
 
 import pytest
 from conftest import ROOT
+from support.script import module_at
 
 from rig.realtime.faults import Fault
 from rig.realtime.state import TABLE, Event, State
 from rig.sample import Flag
 
-
-def generator() -> ModuleType:
-    spec = importlib.util.spec_from_file_location("generated", ROOT / "docs" / "generated.py")
-    assert spec
-    assert spec.loader
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
-
-
-GENERATOR = generator()
+GENERATOR = module_at(ROOT / "docs" / "generated.py")
 
 
 @pytest.mark.parametrize("page", GENERATOR.pages(), ids=lambda page: page.stem)

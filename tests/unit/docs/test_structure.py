@@ -1,22 +1,10 @@
 """`python docs/structure.py` counts the layout of the code as it is; no module imports itself by way of others."""
 
-import importlib.util
-from types import ModuleType
-
 import pytest
 from conftest import ROOT
+from support.script import module_at
 
-
-def loaded() -> ModuleType:
-    spec = importlib.util.spec_from_file_location("structure", ROOT / "docs" / "structure.py")
-    assert spec
-    assert spec.loader
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
-
-
-STRUCTURE = loaded()
+STRUCTURE = module_at(ROOT / "docs" / "structure.py")
 
 
 @pytest.fixture(scope="module")

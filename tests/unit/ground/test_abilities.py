@@ -1,12 +1,12 @@
 """A device's abilities, whether it derives from them or only has them by name; what stands for those it lacks."""
 
-import importlib.util
 import math
 from collections.abc import Callable
 from types import ModuleType
 
 import pytest
 from conftest import ROOT
+from support.script import module_at
 from support.scripted import ScriptedDevice
 
 from drivers import catalog
@@ -84,9 +84,4 @@ def test_each_stands_in_the_table(name: str) -> None:
 
 def example(name: str) -> ModuleType:
     place = ROOT / "docs" / "examples" / "pamrig_example" / "pamrig_example" / f"{name}.py"
-    spec = importlib.util.spec_from_file_location(name, place)
-    assert spec
-    assert spec.loader
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
+    return module_at(place)

@@ -5,6 +5,7 @@ import pytest
 
 from hil.physics import PhysicsRig, PhysicsSettings
 from hil.reference import families
+from hil.reference.names import STEPPED
 from rig.errors import DeviceError, RigError
 from rig.interfaces import DeviceContext, Role
 from rig.realtime.clock import VirtualClock
@@ -14,7 +15,7 @@ TICKS = 600
 DP = 0.2 * np.sin(2 * np.pi * 0.5 * PERIOD_S * np.arange(TICKS))
 
 
-@pytest.mark.parametrize("name", families.STEPPED)
+@pytest.mark.parametrize("name", STEPPED)
 @pytest.mark.parametrize("effects", [{}, {"delay": 0.03}, {"valve_lag": 0.03, "viscous_friction": 1.0}], ids=str)
 def test_tick_by_tick_it_is_the_rig_of_whole_records(name: str, effects: dict[str, float]) -> None:
     unit = families.unit(name, 3)
@@ -27,7 +28,7 @@ def test_tick_by_tick_it_is_the_rig_of_whole_records(name: str, effects: dict[st
     assert np.sqrt(np.mean((read[:, 0] - whole["p1_mpa"][1:]) ** 2)) < 0.005
 
 
-@pytest.mark.parametrize("name", families.STEPPED)
+@pytest.mark.parametrize("name", STEPPED)
 @pytest.mark.parametrize("effect", ["backlash", "sensor_lag", "lost_samples"])
 def test_effects_that_need_the_whole_record_are_refused(name: str, effect: str) -> None:
     with pytest.raises(RigError, match="is for whole records"):

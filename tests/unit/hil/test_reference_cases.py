@@ -18,7 +18,8 @@ from hil.reference.cases import (
     record_day,
 )
 from hil.reference.excitations import Excitation, paper_set
-from hil.reference.families import JUDGE, NAMES, NOT_FITTED, disturbance, family, run, unit
+from hil.reference.families import disturbance, family, run, unit
+from hil.reference.names import JUDGE, NAMES, NOT_FITTED
 from rig.app.gap.levels import known_families
 from rig.errors import ConfigError, RigError
 from rig.gap.hypotheses.library import LIBRARY

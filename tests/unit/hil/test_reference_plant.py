@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from hil.reference.excitations import Excitation
-from hil.reference.families import NAMES, disturbance, family, run, unit
+from hil.reference.families import disturbance, family, run, unit
+from hil.reference.names import NAMES
 from rig.errors import RigError
 from rig.gap.hypotheses.library import LIBRARY
 

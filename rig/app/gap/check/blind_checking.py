@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from hil.reference.cases import Purpose
-from hil.reference.families import NAMES as FAMILIES
+from hil.reference.names import NAMES as FAMILIES
 from hil.reference.source import PhysicsSource
 from rig.app.gap.baselines import days_in
 from rig.app.shipped import find_config

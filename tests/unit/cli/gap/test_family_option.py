@@ -8,7 +8,7 @@ import click
 import pytest
 from click.testing import CliRunner
 
-from hil.reference.families import NAMES
+from hil.reference.names import NAMES
 from rig.cli.commands import cli
 
 
