@@ -27,7 +27,7 @@ from rig.service.records.orders import RunResult
 
 MODEL = "configs/models/simulated.yaml"
 NO_ROOM = OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
-FOUND = Diagnosis(Verdict.NONE, 0.9, Gap(0.2, 0.2, 5.0, 0.0, 0.2, 0.2, 0.3, "sessions"), Where(None), [], [], None)
+FOUND = Diagnosis(Verdict.NONE, 0.9, Gap(0.2, 0.2, 5.0, 0.0, 0.2, 0.2, 0.3, "sessions", 0.2), Where(None), [], [], None)
 
 
 def run(*words: object) -> Result:
