@@ -9,7 +9,7 @@ from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
-from factories import FACTORIES, SAFE, WITHOUT_PLUG, Bench
+from support.rigs.factories import FACTORIES, SAFE, WITHOUT_PLUG, Bench
 
 from rig.errors import DeviceError, DeviceLost, DevicePending
 from rig.interfaces import Device, Measurement, Role
@@ -19,7 +19,7 @@ from rig.sample import Flag
 REAL: frozenset[str] = frozenset()
 """Whose wires keep real time; the others' clock is turned."""
 if find_spec("factories_fieldbus"):
-    from factories_fieldbus import FIELDBUS
+    from support.rigs.factories_fieldbus import FIELDBUS
 
     REAL = frozenset(FIELDBUS)
     FACTORIES |= FIELDBUS

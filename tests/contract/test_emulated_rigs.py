@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from exact_rig import CONFIGS, EXACT, run
+from support.rigs.exact_rig import CONFIGS, EXACT, run
 
 from rig.app.stand_ins.emulated import EmulatedRig, EmulatedSettings
 from rig.errors import ConfigError, DeviceError

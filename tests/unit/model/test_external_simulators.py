@@ -2,6 +2,7 @@
 
 import time
 from dataclasses import replace
+from importlib import import_module
 from pathlib import Path
 
 import numpy as np
@@ -111,8 +112,7 @@ def test_effects_stand_before_it_behind_it_and_at_the_sensor(command: Record) ->
 
 
 def test_what_was_asked_before_is_not_asked_again(command: Record) -> None:
-    import users_plant
-
+    users_plant = import_module("users_plant")
     model = load_model(Path("python:users_plant:plant"))
     simulate(model, command)
     before = len(users_plant.calls)

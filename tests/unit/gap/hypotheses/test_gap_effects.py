@@ -61,7 +61,8 @@ def ran(key: str, numbers: dict[str, float], cuts: tuple[int, ...] = (N,)) -> li
     start = 0
     for end in cuts:
         block = [column[start:end] for column in columns]
-        known.stage(*block, state, params, DT)
+        p1_mpa, p2_mpa, angle_deg = block
+        known.stage(p1_mpa, p2_mpa, angle_deg, state, params, DT)
         for column, part in zip(columns, block, strict=True):
             column[start:end] = part
         start = end
@@ -180,10 +181,10 @@ def test_a_choked_leak_takes_its_share_of_the_absolute_pressure(key: str) -> Non
 def steps(key: str, numbers: dict[str, float], first: list[float]) -> list[float]:
     """Pressure of valve 1 after a stage in plain Python."""
     known = EFFECT_STAGES[key]
-    columns = [list(first), list(first), [0.0] * len(first)]
+    p1_mpa, p2_mpa, angle_deg = list(first), list(first), [0.0] * len(first)
     numbers = known.neutral() | {"tau0_s": 0.05} | numbers
-    known.stage(*columns, [0.0] * known.state_size, [numbers[name] for name in known.parameters], DT)
-    return columns[0]
+    known.stage(p1_mpa, p2_mpa, angle_deg, [0.0] * known.state_size, [numbers[name] for name in known.parameters], DT)
+    return p1_mpa
 
 
 def rising(start: float, end: float) -> list[float]:

@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from support.plants.gap_rigs import model, session
 
 from rig.gap import diagnose
 from rig.gap.answer.result import Verdict
 from rig.gap.likelihood.lines import lines_of
 from rig.gap.reference.unrepeated import unrepeated
 from rig.record import Record
-from tests.support.plants.gap_rigs import model, session
 
 ROWS, DT_S = 2000, 0.01
 T_S = DT_S * np.arange(ROWS)

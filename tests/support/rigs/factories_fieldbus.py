@@ -8,15 +8,14 @@ from contextlib import AbstractContextManager, contextmanager
 from dataclasses import replace
 from pathlib import Path
 
-from factories import Bench
-from support.rigs import fieldbus_rigs as rigs
-
 from drivers.itv_serial.device import ItvSerial
 from drivers.mixed import MixedRig
 from drivers.modbus_io.device import ModbusIo
 from drivers.modbus_io.settings import AngleChannel, ModbusSettings, Mode
 from hil.emulators.emulation import Emulation
 from rig.interfaces import Device, DeviceContext, Role
+from support.rigs import fieldbus_rigs as rigs
+from support.rigs.factories import Bench
 
 
 def _bench(

@@ -29,8 +29,8 @@ from rig.app.stand_ins.playback import PlaybackRig, PlaybackSettings
 from rig.interfaces import Clock, Device, DeviceContext, Role
 from rig.realtime.clock import VirtualClock
 
-MODEL = Path(__file__).resolve().parents[2] / "configs/models/simulated.yaml"
-EXAMPLE = Path(__file__).resolve().parents[2] / "docs/examples/pamrig_example/pamrig_example/spring_rig.py"
+MODEL = Path(__file__).resolve().parents[3] / "configs/models/simulated.yaml"
+EXAMPLE = Path(__file__).resolve().parents[3] / "docs/examples/pamrig_example/pamrig_example/spring_rig.py"
 SAFE = (0.21, 0.19)
 LEFT_AT = (0.12, 0.34)
 """Where the regulators stand before anybody opens the device; unlike the safe pressures, so that a change shows."""
