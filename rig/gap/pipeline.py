@@ -5,8 +5,9 @@ The same for every reference: earlier days, a fingerprint, the simulator alone.
 """
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 
 import numpy as np
 
@@ -23,7 +24,8 @@ from rig.gap.hypotheses.fit import Fit
 from rig.gap.hypotheses.library import NONE, UNKNOWN, Effect, chosen
 from rig.gap.hypotheses.scenes import Stand, angle_stand, pressure_stand
 from rig.gap.plan.candidates import Room
-from rig.gap.raw_tests.quantisation import STEP
+from rig.gap.raw_tests.codes import Code, centred
+from rig.gap.raw_tests.quantisation import code_found
 from rig.gap.raw_tests.read import read_signatures
 from rig.gap.raw_tests.repeats import bridged, lost_rows
 from rig.gap.raw_tests.signature import Signature
@@ -48,6 +50,8 @@ class Grounds:
     posteriors: tuple[Posterior, ...]
 
 
+Mend = Callable[[Record], Record]
+"""Takes out of a record what its raw samples show."""
 SaidByExperiments = Mapping[str, Mapping[str, float]]
 """Log evidence (nats) of later experiments, by factor and hypothesis; it is added to the prior odds."""
 
@@ -107,14 +111,18 @@ def weigh(question: Question) -> tuple[list[Signature], Expected, tuple[Posterio
     effects = chosen(question.library)
     pairing = _paired(question, question.records, question.days)
     signatures = _named_only(read_signatures(pairing.pairs, _described_noise_deg(question)), effects)
-    if any(signature.found and signature.effect == "lost_samples" for signature in signatures):
+    step_deg, code = code_found(signatures)
+    lost = any(signature.found and signature.effect == "lost_samples" for signature in signatures)
+    if code is not Code.NEAREST:
+        pairing = _centred(question, pairing, step_deg, code)
+    if lost:
         pairing = _bridged(question, pairing)
     expected = expect(question.kind, question.sister, question.model, pairing)
     shown = [signature for signature in signatures if signature.found]
     expected = replace(
         expected,
         signatures_deg2=sum(signature.smoothed_deg2 for signature in shown),
-        step_deg=max((one.value for one in shown if one.test == STEP), default=0.0),
+        step_deg=step_deg,
         known_hz=question.known_hz,
     )
     fitting = [effect for effect in effects if not effect.signature]
@@ -245,24 +253,37 @@ def _named_only(signatures: Sequence[Signature], effects: Sequence[Effect]) -> l
     ]
 
 
+def _centred(question: Question, pairing: Pairing, step_deg: float, code: Code) -> Pairing:
+    """Paired anew with the case's readings in the middle of the angles that get their code."""
+    pairs = pairing.pairs
+    return _anew(question, pairing, [partial(centred, step_deg=step_deg, code=code)] * len(pairs), [_same] * len(pairs))
+
+
 def _bridged(question: Question, pairing: Pairing) -> Pairing:
-    """Paired anew with the case's lost samples bridged, in the days beside it as well; what was found out while the
-    records were paired first stands."""
-    lost = [lost_rows(pair.raw) for pair in pairing.pairs]
-    records = [bridged(pair.raw, rows) for pair, rows in zip(pairing.pairs, lost, strict=True)]
-    count = len(pairing.pairs[0].raw_baselines)
+    """Paired anew with the case's lost samples bridged, in the days beside it as well."""
+    over = [partial(bridged, lost=lost_rows(pair.raw)) for pair in pairing.pairs]
+    return _anew(question, pairing, over, over)
+
+
+def _anew(question: Question, pairing: Pairing, of_case: Sequence[Mend], of_days: Sequence[Mend]) -> Pairing:
+    """Paired anew with each pair's record mended, and its earlier days; what was found out while the records were
+    paired first stands."""
+    pairs = pairing.pairs
+    records = [mend(pair.raw) for pair, mend in zip(pairs, of_case, strict=True)]
     days = [
-        [bridged(pair.raw_baselines[k], rows) for pair, rows in zip(pairing.pairs, lost, strict=True)]
-        for k in range(count)
+        [mend(pair.raw_baselines[k]) for pair, mend in zip(pairs, of_days, strict=True)]
+        for k in range(len(pairs[0].raw_baselines))
     ]
     anew = _paired(question, records, days)
-    if [pair.name for pair in anew.pairs] != [
-        pair.name for pair in pairing.pairs
-    ] or anew.day_count != pairing.day_count:
+    if [pair.name for pair in anew.pairs] != [pair.name for pair in pairs] or anew.day_count != pairing.day_count:
         return anew.noting(*pairing.notes)
-    pairs = [
+    kept = [
         replace(pair, dropouts=was.dropouts, baseline_dropouts=was.baseline_dropouts, numbers=was.numbers)
-        for pair, was in zip(anew.pairs, pairing.pairs, strict=True)
+        for pair, was in zip(anew.pairs, pairs, strict=True)
     ]
     said = [line for line in anew.notes if line not in pairing.notes]
-    return replace(pairing, pairs=pairs, pressures=anew.pressures).noting(*said)
+    return replace(pairing, pairs=kept, pressures=anew.pressures).noting(*said)
+
+
+def _same(record: Record) -> Record:
+    return record

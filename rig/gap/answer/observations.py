@@ -22,9 +22,6 @@ LEAST_SHARE = 0.05
 """Share of the raw records' mean-square gap from which on a signature explains some of it. Less: small steps and hums
 are named beside any cause; more: a real second cause in the samples is told as a remark."""
 
-TAKEN_OUT = ("sensor_dropout", "lost_samples")
-"""Effects whose samples are taken out of the records, and bridged, before anything is compared."""
-
 
 @dataclass(frozen=True)
 class ToldApart:
@@ -66,8 +63,7 @@ def _raw_gap_deg(signature: Signature, expected: Expected, gap_deg: float) -> fl
     ]
     if not raw:
         return float(np.hypot(gap_deg, np.sqrt(signature.variance_deg2)))
-    bridged = signature.variance_deg2 if signature.effect in TAKEN_OUT else 0.0
-    return float(np.sqrt(np.nanmean(np.concatenate(raw) ** 2) + bridged))
+    return float(np.sqrt(np.nanmean(np.concatenate(raw) ** 2) + signature.taken_out_deg2))
 
 
 def _cause(signature: Signature, effect: str, before: float, share: float) -> Cause:

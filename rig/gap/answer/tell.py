@@ -10,7 +10,7 @@ from rig.gap.answer.chain import chain
 from rig.gap.answer.facts import RAW_DATA, Gap, Verdict, Where
 from rig.gap.answer.findings import Findings, Kept, evidence_of
 from rig.gap.answer.floor import floor_of, floor_source
-from rig.gap.answer.how_far.augment import remaining_gap
+from rig.gap.answer.how_far.augment import beside_pressures, remaining_gap
 from rig.gap.answer.how_far.further import Shrunk, further
 from rig.gap.answer.how_far.held_out import HowFar
 from rig.gap.answer.how_far.size_intervals import intervals, reference_of
@@ -155,8 +155,11 @@ def _helping(findings: Findings, before: float) -> list[Kept]:
     records worse."""
     named = [(posterior, fit) for posterior, fit in findings.named if share_closed(posterior, fit) > LEAST_CLOSED]
     left = cache(lambda *some: _left(findings, [named[k][1] for k in some], before))
+    behind = [k for k, (posterior, _) in enumerate(named) if posterior.stand.name != PRESSURES]
+    apart = findings.expected.driven and len(behind) < len(named)
+    beside = cache(lambda *some: _left_beside_pressures(findings, [named[k][1] for k in some if k in behind]))
     kept = tuple(range(len(named)))
-    while (spoiler := _spoiler(kept, named, left)) is not None:
+    while (spoiler := _spoiler(kept, behind, beside if apart else left)) is not None:
         kept = _but(kept, spoiler)
     return [Kept(*named[k], left(k)) for k in kept]
 
@@ -172,11 +175,11 @@ def _not_kept(findings: Findings, kept: Sequence[Kept]) -> list[tuple[Posterior,
     return [(posterior, fit) for posterior, fit in findings.named if not any(fit is one.fit for one in kept)]
 
 
-def _spoiler(kept: tuple[int, ...], named: Sequence[tuple[Posterior, Fit]], left: Callable[..., float]) -> int | None:
-    """Which of the effects found on the angle the simulator is better off without, most of all; None where it needs
-    each beside the others: friction hides what a larger gain of a valve does, and the other way round."""
+def _spoiler(kept: tuple[int, ...], behind: Sequence[int], left: Callable[..., float]) -> int | None:
+    """Which of the effects found on the angle (`behind`) the simulator is better off without, most of all; None where
+    it needs each beside the others: friction hides what a larger gain of a valve does, and the other way round."""
     together = left(*kept)
-    without = {k: left(*_but(kept, k)) for k in kept if named[k][0].stand.name != PRESSURES}
+    without = {k: left(*_but(kept, k)) for k in kept if k in behind}
     spoilt = {k: rms_deg for k, rms_deg in without.items() if together > SPOILT * rms_deg}
     return min(spoilt, key=lambda k: spoilt[k]) if spoilt else None
 
@@ -192,6 +195,12 @@ def _left(findings: Findings, fits: Sequence[Fit], before: float) -> float:
     return rms_of(
         remaining_gap(findings.simulator, [fit.applied for fit in fits], findings.expected), findings.expected.pairs
     )
+
+
+def _left_beside_pressures(findings: Findings, fits: Sequence[Fit]) -> float:
+    """Rms of the simulator's error, deg, under the pressures that were measured."""
+    left = beside_pressures(findings.simulator, [fit.applied for fit in fits], findings.expected)
+    return rms_of(left, findings.expected.pairs)
 
 
 def _causes(findings: Findings, kept: Sequence[Kept], before: float, far: HowFar, added: bool) -> list[Cause]:

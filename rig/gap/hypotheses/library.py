@@ -174,6 +174,7 @@ _LIBRARY: tuple[Effect, ...] = (
         *_winding(Law("valve_slew", ("fill_mpa_s",), (0.95, 0.85, 0.7, 0.5, 0.3), "rate_mpa_s")),
         *_winding(Law("valve_slew", ("exhaust_mpa_s",), (10.0, 4.0, 2.0, 1.0, 0.5), "rate_mpa_s", shapes=({"soft": 1.0},))),
         *_winding(Law("valve_slew", ("fill_mpa_s",), (10.0, 4.0, 2.0, 1.0, 0.5), "rate_mpa_s", shapes=({"soft": 1.0},))),
+        Law("one_way_line", ("tau_s",), TIMES, shapes=tuple({"fill_share": fill, "turbulent_mpa_s": flow} for fill in (0.0, 1.0) for flow in (1000.0, 0.3))),
     ), "pressures late in one direction only, so their mean moves with speed", "one_way", "one_way"),
     Effect("valve_dead_band", (
         Law("valve_dead_band", ("width_mpa",), FAR, "swing_mpa", shapes=({"edge": 1.0},)),

@@ -40,7 +40,10 @@ def dropouts(pairs: Sequence[Pair], column: str = ANGLE) -> Signature:
     power = sum(one.power * len(one.fallen) for one in mine) / sum(len(pair.raw) for pair in pairs)
     if not angle:
         return Signature(name, effect, found, share, base, "1", text, p_value=p_value)
-    return Signature(name, effect, found, share, base, "1", text, sizes, p_value, power if found else 0.0)
+    gone_deg2 = power if found else 0.0
+    return Signature(
+        name, effect, found, share, base, "1", text, sizes, p_value, variance_deg2=gone_deg2, taken_out_deg2=gone_deg2
+    )
 
 
 def _by_chance(seen: int, expected: float) -> float:

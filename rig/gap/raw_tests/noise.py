@@ -10,6 +10,7 @@ import numpy as np
 from rig.columns import THIRD_DIFFERENCE_POWER, filled_in, rms, white_noise
 from rig.gap.raw_tests.levels import Measure, angles_of, level_deg, white_level_deg
 from rig.gap.raw_tests.settings import (
+    BESIDE_TO_HZ,
     CLEAR,
     DAYS_NOISE,
     LEAST_LOUDER,
@@ -18,9 +19,10 @@ from rig.gap.raw_tests.settings import (
     SLOPE_ROWS,
     SLOPE_S,
     SMOOTHED,
+    SWITCHED,
 )
 from rig.gap.raw_tests.signature import Signature
-from rig.gap.raw_tests.spectral_lines import fast_spectra, overtones, without_lines
+from rig.gap.raw_tests.spectral_lines import fast_spectra, overtones, sidebands_deg2, without_lines
 from rig.gap.raw_tests.statistics import about, between_days, by_chance
 from rig.identify.response.response_fit import SMOOTHING_S
 from rig.model.resample import is_regular
@@ -32,25 +34,26 @@ def noise(
     cases: Sequence[Record],
     sessions: Sequence[Sequence[Record]],
     step: Signature,
-    repeats: Signature,
+    held: bool,
     lines: Sequence[Signature],
     described_deg: float | None = None,
     level_of: Measure = level_deg,
 ) -> Signature:
-    """The test for sensor noise; `described_deg` is what a fingerprint knows of it, for want of earlier days: of rows
-    that are evenly apart, as its own were."""
+    """The test for sensor noise. `held`: lost samples read like the ones before them; `described_deg` is what a
+    fingerprint knows of the noise, for want of earlier days: of rows that are evenly apart, as its own were."""
     uneven = any(_elsewhere(case, day) for session in sessions for case, day in zip(cases, session, strict=True))
     even = all(is_regular(case, case.period_s) for case in cases)
     described = [described_deg] if described_deg is not None and even and not sessions else []
-    measure = white_level_deg if repeats.found or uneven else level_of
+    measure = white_level_deg if held or uneven else level_of
     if described:
         rows = [min(SLOPE_ROWS, SLOPE_S / case.period_s) for case in cases]
-        measure = partial(_beside_the_motion, rows=rows, without_repeats=repeats.found)
+        measure = partial(_beside_the_motion, rows=rows, without_repeats=held)
     of_step_deg2 = step.value**2 / 12.0 if step.found or described else 0.0
-    own = float(np.sqrt(max(measure(_without_strongest(lines, cases)) ** 2 - of_step_deg2, 0.0)))
+    quiet, switched_deg2 = _without_strongest(lines, cases)
+    own = float(np.sqrt(max(measure(quiet) ** 2 - of_step_deg2, 0.0)))
     levels = described or [_as_sampled(measure, cases, session) for session in sessions]
     against = _against(own, levels, ROWS_NOISE / np.sqrt(sum(map(len, cases))) if described else 0.0)
-    found = against.plainly and not step.found
+    found = against.plainly and not step.found and own**2 - against.usual**2 > switched_deg2
     size = float(np.sqrt(max(own**2 - against.usual**2, 0.0)))
     size *= _heaviness(cases, sessions) if found and sessions else 1.0
     text = f"noise of {own:.3g} deg rms, {against.usual:.3g} in {'the fingerprint' if described else 'the baselines'}"
@@ -97,14 +100,18 @@ def _against(own: float, levels: Sequence[float], unsure: float) -> _Against:
     return _Against(usual, bool(plainly), p_value, spread)
 
 
-def _without_strongest(lines: Sequence[Signature], cases: Sequence[Record]) -> list[Column]:
-    """The angles without the strongest of the lines that were looked for, and without its multiples."""
+def _without_strongest(lines: Sequence[Signature], cases: Sequence[Record]) -> tuple[list[Column], float]:
+    """The angles without the strongest of the lines that were looked for, and without its multiples and sidebands; and
+    the mean square (deg2) that its switching may leave further off."""
     strongest = max(lines, key=lambda line: line.value, default=None)
     if strongest is None:
-        return angles_of(cases)
-    line_hz = strongest.numbers["frequency_hz"]
-    those = [line_hz, *overtones(fast_spectra(cases), line_hz)]
-    return [without_lines(record, those) for record in cases]
+        return angles_of(cases), 0.0
+    spectra, line_hz = fast_spectra(cases), strongest.numbers["frequency_hz"]
+    those = [line_hz, *overtones(spectra, line_hz)]
+    switched_deg2 = sidebands_deg2(spectra, line_hz)
+    if switched_deg2 == 0.0:
+        return [without_lines(record, those) for record in cases], 0.0
+    return [without_lines(record, those, 2.0 * BESIDE_TO_HZ) for record in cases], SWITCHED * switched_deg2
 
 
 def _beside_the_motion(angles: Sequence[Column], *, rows: Sequence[float], without_repeats: bool) -> float:

@@ -5,10 +5,12 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from rig.gap.raw_tests.codes import Code, code_of, cut_off_deg2
 from rig.gap.raw_tests.levels import angles_of, level_beside_deg
 from rig.gap.raw_tests.settings import (
     COARSER,
     FINE_STEPS_APART,
+    LATTICE_BY_CHANCE,
     LEAST_APART,
     LEAST_GAP,
     LEAST_STEP_DEG,
@@ -17,13 +19,15 @@ from rig.gap.raw_tests.settings import (
     STEP_OVER_NOISE,
     WHOLE_STEPS,
 )
-from rig.gap.raw_tests.signature import Signature
+from rig.gap.raw_tests.signature import Signature, Size
 from rig.gap.raw_tests.statistics import about
 from rig.gap.records.settings import FEWEST_VALUES, MOST_DIFFERENT
 from rig.record import Column, Record
 
 STEP = "quantisation step"
 """The test's name."""
+CUT_OFF = {Code.LOWER: "cut off to the next lower one", Code.TOWARDS_ZERO: "cut off towards zero"}
+"""What is said of a code that is not the nearest one."""
 
 
 def quantisation_step(
@@ -36,13 +40,16 @@ def quantisation_step(
     step, spread = step_deg(angles_of(cases))
     base = max((step_deg(angles_of(session))[0] for session in sessions), default=0.0)
     known = bool(sessions) or (described_deg is not None and step > COARSER * math.sqrt(12.0) * described_deg)
-    found = step > COARSER * base and step > LEAST_STEP_DEG
+    by_chance = _by_chance(angles_of(cases), step) if step else 1.0
+    found = step > COARSER * base and step > LEAST_STEP_DEG and by_chance < LATTICE_BY_CHANCE
     found = found and (known or step > STEP_OVER_NOISE * level_beside_deg(step, angles_of(cases)))
+    code = code_of(cases, sessions, step) if found else Code.NEAREST
     text = (
         f"the angle takes values {step:.3g} deg apart, the baselines {base:.3g}"
         if step
         else "no quantisation step shows in the angle"
     )
+    text += "" if code is Code.NEAREST else f", {CUT_OFF[code]}"
     return Signature(
         STEP,
         "quantisation",
@@ -51,9 +58,10 @@ def quantisation_step(
         baseline=base,
         unit="deg",
         text=text,
-        sizes={"step_deg": about(step, spread, 0.0)},
-        p_value=_by_chance(angles_of(cases), step) if step else 1.0,
-        variance_deg2=max(step**2 - base**2, 0.0) / 12.0 if found else 0.0,
+        sizes={"step_deg": about(step, spread, 0.0)} | ({"code": Size(code, code, code)} if code else {}),
+        p_value=by_chance,
+        variance_deg2=max(step**2 - base**2, 0.0) / 12.0 + cut_off_deg2(step, code) if found else 0.0,
+        taken_out_deg2=cut_off_deg2(step, code),
     )
 
 
@@ -70,6 +78,14 @@ def step_deg(angles: Sequence[Column]) -> tuple[float, float]:
     if len(steps) <= 0.5 * len(angles):
         return 0.0, 0.0
     return float(np.median(steps)), float(np.std(steps) / np.sqrt(len(steps)))
+
+
+def code_found(signatures: Sequence[Signature]) -> tuple[float, Code]:
+    """The step (deg) that was found, and how its codes are made; (0, NEAREST) without one."""
+    for one in signatures:
+        if one.found and one.test == STEP:
+            return one.value, Code(int(one.numbers.get("code", Code.NEAREST)))
+    return 0.0, Code.NEAREST
 
 
 def fine_step_deg(angles: Sequence[Column]) -> float:

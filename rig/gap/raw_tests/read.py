@@ -12,7 +12,7 @@ from rig.gap.raw_tests.levels import angles_of, level_deg, once
 from rig.gap.raw_tests.monitors import mean_pressure, wires
 from rig.gap.raw_tests.noise import noise
 from rig.gap.raw_tests.quantisation import fine_step_deg, quantisation_step
-from rig.gap.raw_tests.repeats import repeated_samples
+from rig.gap.raw_tests.repeats import bridged, lost_rows, repeated_samples
 from rig.gap.raw_tests.signature import Signature
 from rig.gap.raw_tests.spectral_lines import fast_spectra, mains_line, spurious_tone
 from rig.gap.raw_tests.time_stamps import time_stamps
@@ -30,10 +30,15 @@ def read_signatures(pairs: Sequence[Pair], described_noise_deg: float | None = N
     coarsest = max(step.value, step.baseline)
     dealt_on = coarsest or fine_step_deg(angles_of(cases))
     repeats = repeated_samples(cases, sessions, dealt_on, not step.found, level_of)
+    held = repeats.found
+    if held and sessions:  # what stands still and jumps is neither a line nor noise: beside days that do so as well
+        lost, held = [lost_rows(case) for case in cases], False
+        cases = [bridged(case, rows) for case, rows in zip(cases, lost, strict=True)]
+        sessions = [[bridged(day, rows) for day, rows in zip(session, lost, strict=True)] for session in sessions]
     fast, usual = fast_spectra(cases), [fast_spectra(session) for session in sessions]
     lines = [mains_line(fast, usual), spurious_tone(fast, usual)]
     standing = [line for line in lines if line.found]
-    louder = noise(cases, sessions, step, repeats, standing, described_noise_deg, level_of)
+    louder = noise(cases, sessions, step, held, standing, described_noise_deg, level_of)
     falls = [dropouts(pairs, column) for column in (ANGLE, "p1_mpa", "p2_mpa")]
     return [
         step,

@@ -139,6 +139,7 @@ def repeated_samples(
         sizes={"probability": size},
         p_value=by_chance(found.share, spread),
         variance_deg2=p * moved if lost else 0.0,
+        taken_out_deg2=p * moved if lost else 0.0,
     )
 
 

@@ -23,6 +23,9 @@ COARSER = 1.6
 uneven codes count."""
 LEAST_STEP_DEG = 1e-3
 """Below, a step is how the file was written."""
+LATTICE_BY_CHANCE = 0.001
+"""Values lie so near to whole steps by chance at most so often. Without it, samples that repeat leave few enough values
+to pass for a converter's."""
 FINE_STEPS_APART = 4
 """Values up to so many steps apart are looked at for a converter that is too fine for its values to come twice. More:
 what a file rounds adds up."""
@@ -32,6 +35,11 @@ converter some 5 are, 0.3 of them so."""
 STEP_OVER_NOISE = 6.0
 """Without baselines a step must exceed the noise beside it by so much: every converter has one, and is chosen so
 that it is of about the noise. Lower: the step of a usual converter is a finding."""
+CODES_APART = 0.8
+"""A converter cuts off towards zero where that follows the readings so many times as closely as the nearest code does.
+Higher: day-to-day differences decide."""
+HALF_STEP_LOW = 0.1
+"""A zero that is half a step too low within so many steps is a converter that cuts off, not a zero."""
 SMOOTHED = 0.25
 """Share of a white disturbance's variance that the smoothing lets through, generously (a Gaussian of 12 ms at 5 ms:
 0.12)."""
@@ -115,6 +123,14 @@ TONE_CLEAR, TONE_ALONE, TONE_MORE = 6.0, 3.0, 2.0
 baselines'."""
 MAINS_MULTIPLES = (1, 2, 3, 4, 5)
 """Multiples that belong to the mains: taken off with its line where they stand out, and no spurious tones."""
+SIDEBAND_FROM_HZ, SIDEBANDS_ALIKE = 0.3, 0.5
+"""Sidebands of a line that comes and goes are at least so far from it, and alike in power by this share: a Hann window
+loses up to 0.28 of it between its rows. Lower: neighbours in the noise pass for pairs."""
+SWITCHED = 0.2
+"""Share of its sidebands' mean square that a line leaves beyond BESIDE_TO_HZ, when it is switched on and off as fast as
+that resolves; less is no noise of its own."""
+HANN_BINS = 1.5
+"""Rows of a spectrum under a Hann window that the power of one line fills (its equivalent noise bandwidth)."""
 HANN_LOSS = 0.33
 """Logarithm of the power that a line half way between two rows of a Hann spectrum loses (1.42 dB): the most that is
 made up for."""

@@ -45,6 +45,8 @@ class Signature:
     """What the effect adds to the mean square of the angle."""
     smoothed_deg2: float = 0.0
     """What of it the smoothing lets through."""
+    taken_out_deg2: float = 0.0
+    """What of it is taken out of the records before anything is compared."""
 
     @property
     def numbers(self) -> dict[str, float]:

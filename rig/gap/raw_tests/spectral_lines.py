@@ -10,6 +10,7 @@ from rig.columns import filled_in
 from rig.gap.raw_tests.settings import (
     BESIDE_FROM_HZ,
     BESIDE_TO_HZ,
+    HANN_BINS,
     HANN_LOSS,
     HIGHEST_MARGIN_HZ,
     LEAST_LEFT,
@@ -21,6 +22,8 @@ from rig.gap.raw_tests.settings import (
     LOWEST_LINE_HZ,
     MAINS_MULTIPLES,
     NOTCH_WIDTH_HZ,
+    SIDEBAND_FROM_HZ,
+    SIDEBANDS_ALIKE,
     SMOOTHED,
     TONE_ALONE,
     TONE_AROUND_HZ,
@@ -62,7 +65,9 @@ def mains_line(cases: Sequence[Spectrum], sessions: Sequence[Sequence[Spectrum]]
         "frequency_hz": Size(hz, hz, hz),
     }
     more = sum(each**2 for each in overtones(cases, hz).values()) if found else 0.0
-    added = 0.5 * (size**2 + more) if found else 0.0
+    beside_it = sidebands_deg2(cases, hz) if found else 0.0
+    text += ", which comes and goes" if beside_it else ""
+    added = 0.5 * (size**2 + more) + beside_it if found else 0.0
     return Signature(
         "mains line",
         "mains_hum",
@@ -185,7 +190,8 @@ def _line(spectra: Sequence[Spectrum], line_hz: float, margin_hz: float = HIGHES
         lines.append(_peak(power, np.flatnonzero(near < LINE_WIDTH_HZ)))
         beside = (near > BESIDE_FROM_HZ) & (near < BESIDE_TO_HZ)
         besides.append(float(np.median(power[beside])))
-        strongest.append(float(np.max(power[beside & (frequency > LOWEST_LINE_HZ)], initial=0.0)))
+        alone = power[beside & (frequency > LOWEST_LINE_HZ) & ~_paired(frequency, power, alias)]
+        strongest.append(float(np.max(alone, initial=0.0)))
         bins += int(np.sum(near < LINE_WIDTH_HZ))
     if not lines:
         return _Line(0.0, 0.0, 0.0, 0.0, 1.0)
@@ -201,6 +207,28 @@ def _line(spectra: Sequence[Spectrum], line_hz: float, margin_hz: float = HIGHES
         float(spread),
         _by_chance(power_deg2, beside_deg2, bins),
     )
+
+
+def _paired(frequency: Column, power: Column, line_hz: float) -> NDArray[np.bool_]:
+    """(n,) which lines are as strong as those as far from the line on its other side: the sidebands of one that comes
+    and goes, as with a heater or a motor that is switched."""
+    opposite = np.interp(2.0 * line_hz - frequency, frequency, power)
+    alike: NDArray[np.bool_] = np.minimum(opposite, power) > SIDEBANDS_ALIKE * np.maximum(opposite, power)
+    return alike
+
+
+def sidebands_deg2(cases: Sequence[Spectrum], line_hz: float) -> float:
+    """Mean square of the sidebands of a mains line, over the records that can show it (median); 0 where none stands
+    out."""
+    found = []
+    for rate, frequency, power in cases:
+        alias = _alias(line_hz, rate)
+        near = np.abs(frequency - alias)
+        beside = (near > SIDEBAND_FROM_HZ) & (near < BESIDE_TO_HZ) & (frequency > LOWEST_LINE_HZ)
+        usual = float(np.median(power[beside])) if beside.any() else 0.0
+        stand = beside & _paired(frequency, power, alias) & (power > LINE_CLEAR**2 * usual)
+        found.append(float(np.sum(power[stand])) / HANN_BINS)
+    return float(np.median(found)) if found else 0.0
 
 
 def _peak(power: Column, rows: NDArray[np.intp]) -> float:
@@ -241,13 +269,21 @@ def _alias(line_hz: float, rate_hz: float) -> float:
     return abs(line_hz - rate_hz * round(line_hz / rate_hz))
 
 
-def without_lines(record: Record, lines_hz: Sequence[float]) -> Column:
-    """The angle with a narrow notch at each line."""
+def without_lines(record: Record, lines_hz: Sequence[float], width_hz: float = NOTCH_WIDTH_HZ) -> Column:
+    """The angle with a notch at each line: a narrow one, or what lies within a wider band taken off, sidebands and
+    all."""
     assert record.angle_deg is not None
     rate, left = 1.0 / record.period_s, filled_in(record.angle_deg)
     for alias in dict.fromkeys(round(_alias(line_hz, rate), 6) for line_hz in lines_hz):
-        left = _notched(left, alias, rate)
+        left = _notched(left, alias, rate) if width_hz <= NOTCH_WIDTH_HZ else _without_band(left, alias, rate, width_hz)
     return left
+
+
+def _without_band(column: Column, hz: float, rate_hz: float, width_hz: float) -> Column:
+    slow = smoothed(column, SMOOTHING_S * rate_hz, mirrored=True)
+    lines = np.fft.rfft(column - slow)
+    lines[np.abs(np.fft.rfftfreq(len(column), 1.0 / rate_hz) - hz) < 0.5 * width_hz] = 0.0
+    return slow + np.fft.irfft(lines, len(column))
 
 
 def _notched(column: Column, hz: float, rate_hz: float) -> Column:

@@ -45,9 +45,16 @@ def sensor_lag(p1: Values, p2: Values, y: Values, state: Values, params: Sequenc
 
 
 def quantisation(p1: Values, p2: Values, y: Values, state: Values, params: Sequence[float], dt_s: float) -> None:
-    """Only multiples of the step; params: step_deg."""
+    """Only multiples of the step; params: step_deg, code (0: the nearest one, 1: the next lower one, 2: the next one
+    towards zero)."""
     for i in range(len(y)):
-        y[i] = params[0] * math.floor(y[i] / params[0] + 0.5)
+        steps = y[i] / params[0]
+        if params[1] < 0.5:
+            y[i] = params[0] * math.floor(steps + 0.5)
+        elif params[1] < 1.5 or steps >= 0.0:
+            y[i] = params[0] * math.floor(steps)
+        else:
+            y[i] = params[0] * math.ceil(steps)
 
 
 def mains_hum(p1: Values, p2: Values, y: Values, state: Values, params: Sequence[float], dt_s: float) -> None:

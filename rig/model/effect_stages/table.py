@@ -148,6 +148,16 @@ OWN_STAGES: dict[str, EffectStage] = {
         _BALANCE,
         _TAU0,
     ),
+    "one_way_line": _entry(
+        "fill_exhaust_asymmetry",
+        "valve@muscle<",
+        valve.one_way_line,
+        3,
+        _P("tau_s", "s", 0.0, 1.0, 0.0, "time constant of the line in its slow direction"),
+        _P("fill_share", "1", 0.0, 1.0, 0.0, "0 slow in exhausting, 1 in filling"),
+        _BALANCE,
+        _P("turbulent_mpa_s", "MPa/s", 0.01, 1000.0, 1000.0, "flow from which the drop goes with its square"),
+    ),
     "valve_dead_band": _entry(
         "valve_dead_band",
         "valve",
@@ -362,6 +372,7 @@ OWN_STAGES: dict[str, EffectStage] = {
         sensor.quantisation,
         1,
         _P("step_deg", "deg", 1e-6, 20.0, 1e-6, "step of the converter"),
+        _P("code", "1", 0.0, 2.0, 0.0, "0 the nearest code, 1 the next lower one, 2 the next one towards zero"),
     ),
     "mains_hum": _entry(
         "mains_hum",

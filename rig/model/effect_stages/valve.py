@@ -90,6 +90,29 @@ def fill_exhaust_asymmetry(
         p1[i], p2[i] = state[1], state[2]
 
 
+def behind_throttle(before: float, p: float, tau_s: float, turbulent_mpa_s: float, dt_s: float) -> float:
+    """Pressure after one tick behind a throttle that has `p` ahead of it: the drop is in proportion to the flow, and to
+    its square beyond `turbulent_mpa_s`, at which the two are alike."""
+    drop = abs(p - before)
+    flow = 0.5 * turbulent_mpa_s * (math.sqrt(1.0 + 4.0 * drop / (tau_s * turbulent_mpa_s)) - 1.0)
+    return p + math.exp(-dt_s / (tau_s * (1.0 + flow / turbulent_mpa_s))) * (before - p)
+
+
+def one_way_line(p1: Values, p2: Values, y: Values, state: Values, params: Sequence[float], dt_s: float) -> None:
+    """A throttle with a check valve between monitor and muscle: the muscle's pressure follows the monitor's at once in
+    one direction, late in the other; params: tau_s, fill_share (0 late in exhausting, 1 in filling), balance,
+    turbulent_mpa_s."""
+    tau1, tau2 = params[0] * min(1.0, 1.0 + params[2]), params[0] * min(1.0, 1.0 - params[2])
+    late = 1.0 if params[1] > 0.5 else -1.0
+    for i in range(len(p1)):
+        slow1, slow2 = late * (p1[i] - state[1]) > 0.0, late * (p2[i] - state[2]) > 0.0
+        if state[0] != 0.0 and slow1 and tau1 > 0.0:
+            p1[i] = behind_throttle(state[1], p1[i], tau1, params[3], dt_s)
+        if state[0] != 0.0 and slow2 and tau2 > 0.0:
+            p2[i] = behind_throttle(state[2], p2[i], tau2, params[3], dt_s)
+        state[0], state[1], state[2] = 1.0, p1[i], p2[i]
+
+
 def valve_dead_band(p1: Values, p2: Values, y: Values, state: Values, params: Sequence[float], dt_s: float) -> None:
     """No reaction while set-point and pressure differ by less than the width; params: width_mpa, edge, balance, tau0_s,
     one_way.

@@ -41,20 +41,30 @@ def _with_causes(model: Model, causes: Sequence[Applied], expected: Expected) ->
     """`model` with each cause as an added effect, all its numbers written out, and what it leaves of the gap (deg; for
     each pair (n,); None where it runs away). Where they change the mean pressure, with the law of the mean pressure
     that leaves least, because the records that `model` was identified on never showed another."""
+    changed = _with_effects(model, causes, expected)
+    tried = [changed]
+    if causes and "mean_exponent" in model.muscle.parameters and _mean_moves(model, changed, expected):
+        tried = [with_mean_exponent(changed, exponent) for exponent in MEAN_EXPONENTS]
+    return _closest(tried, commanded_gaps(expected), _simulated(model, expected), expected)
+
+
+def _with_effects(model: Model, causes: Sequence[Applied], expected: Expected) -> Model:
     numbers = [full_numbers(cause, expected.response) for cause in causes]
     added = [
         AddedEffect(cause.stage, {name: float(value) for name, value in each.items()})
         for cause, each in zip(causes, numbers, strict=True)
     ]
-    changed = replace(model, effects=[*model.effects, *added], fingerprint=None)
-    tried = [changed]
-    if causes and "mean_exponent" in model.muscle.parameters and _mean_moves(model, changed, expected):
-        tried = [with_mean_exponent(changed, exponent) for exponent in MEAN_EXPONENTS]
-    gaps, before = commanded_gaps(expected), _simulated(model, expected)
+    return replace(model, effects=[*model.effects, *added], fingerprint=None)
+
+
+def _closest(
+    tried: Sequence[Model], gaps: Sequence[Column], before: list[Column] | None, expected: Expected
+) -> tuple[Model, list[Column] | None]:
+    """The model that leaves least of the gaps, by what changes in its angle, and what that is."""
     left = [_less(gaps, before, _simulated(one, expected), expected) for one in tried]
     squares = [np.inf if each is None else sum(map(square_sum, each)) for each in left]
     k = int(np.argmin(squares))
-    return (tried[k] if np.isfinite(squares[k]) else changed), left[k]
+    return (tried[k] if np.isfinite(squares[k]) else tried[0]), left[k]
 
 
 def with_mean_exponent(model: Model, exponent: float) -> Model:
@@ -100,6 +110,16 @@ def remaining_gap(model: Model | None, causes: Sequence[Applied], expected: Expe
         return commanded_gaps(expected, causes)
     _, left = _with_causes(model, causes, expected)
     return commanded_gaps(expected, causes) if left is None else left
+
+
+def beside_pressures(model: Model | None, causes: Sequence[Applied], expected: Expected) -> list[Column]:
+    """As `remaining_gap`, of what acts behind the pressure monitors: of the angle's gap under the pressures that were
+    measured, so that what the simulator misses of those counts neither for nor against it."""
+    gaps = [pair.case.angle_deg - base for pair, base in zip(expected.pairs, expected.base, strict=True)]
+    if model is None or not causes:
+        return from_own_zeros(gaps, expected)
+    _, left = _closest([_with_effects(model, causes, expected)], gaps, _simulated(model, expected), expected)
+    return remaining_gap(model, causes, expected) if left is None else left
 
 
 def _simulated(model: Model, expected: Expected) -> list[Column] | None:

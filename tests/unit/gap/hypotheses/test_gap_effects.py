@@ -268,6 +268,18 @@ def test_a_regulator_that_integrates_and_sees_no_small_errors_is_a_pi_controller
     assert np.std(missed[600:]) < 0.1 * np.std(off[600:])
 
 
+@pytest.mark.parametrize("turbulent_mpa_s", [1000.0, 0.3])
+@pytest.mark.parametrize("fill_share", [0.0, 1.0])
+def test_behind_a_throttle_a_ramp_is_late_in_one_direction_alone(fill_share: float, turbulent_mpa_s: float) -> None:
+    """In a ramp of q (MPa/s) the muscle stays tau q (1 + q / turbulent) short of the monitor."""
+    for slope in (0.2, -0.2):
+        asked = [0.3 + slope * DT * k for k in range(200)]
+        numbers = {"tau_s": 0.05, "fill_share": fill_share, "turbulent_mpa_s": turbulent_mpa_s}
+        short = abs(asked[-1] - steps("one_way_line", numbers, asked)[-1])
+        slow = (slope > 0.0) is (fill_share > 0.5)
+        assert short == pytest.approx(0.05 * 0.2 * (1.0 + 0.2 / turbulent_mpa_s) if slow else 0.0, rel=0.06, abs=1e-12)
+
+
 @pytest.mark.parametrize("one_way", [-1.0, -0.4, 0.0, 0.7])
 def test_a_dead_band_is_as_much_wider_to_fill_than_to_exhaust_as_is_said(one_way: float) -> None:
     rising_mpa, falling_mpa = ([0.2 + slope * DT * k for k in range(400)] for slope in (0.05, -0.05))

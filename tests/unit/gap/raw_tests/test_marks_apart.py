@@ -1,0 +1,119 @@
+"""Marks that pass for one another: codes that are cut off for a bend, samples that repeat for a step, hum that is
+switched for noise."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from support.plants.gap_rigs import baselines, session
+
+from rig.columns import rms
+from rig.gap import diagnose
+from rig.gap.answer.facts import Verdict
+from rig.gap.raw_tests.codes import Code, centred, code_of, cut_off_deg2
+from rig.gap.raw_tests.read import read_signatures
+from rig.gap.raw_tests.signature import Signature
+from rig.gap.records.pairs import pair_up
+from rig.model.effect_stages import EFFECT_STAGES
+from rig.record import Column, Record
+
+STEP_DEG = 2.0
+
+
+@cache
+def healthy(seed: int = 90) -> list[Record]:
+    return session(seed)
+
+
+def coded(angle: Column, step_deg: float, code: Code) -> Column:
+    """As the simulator's stage codes it."""
+    reading = angle.copy()
+    EFFECT_STAGES["quantisation"].stage(reading, reading, reading, np.zeros(1), [step_deg, float(code)], 0.005)
+    return reading
+
+
+def read_coarsely(step_deg: float, code: Code, gain: float = 1.0, zero_deg: float = 0.0) -> list[Record]:
+    return [replace(one, angle_deg=coded(gain * one.angle_deg + zero_deg, step_deg, code)) for one in healthy()]
+
+
+@settings(max_examples=20)
+@given(st.floats(0.8, 4.0), st.sampled_from(Code), st.floats(0.9, 1.1))
+def test_a_code_is_found_whatever_the_gain(step_deg: float, code: Code, gain: float) -> None:
+    assert code_of(read_coarsely(step_deg, code, gain), [list(baselines()[0])], step_deg) is code
+
+
+@given(st.floats(0.15, 0.35))
+def test_a_zero_that_is_off_is_no_other_code(steps: float) -> None:
+    for off in (steps, -steps):
+        said = code_of(read_coarsely(STEP_DEG, Code.NEAREST, zero_deg=off * STEP_DEG), [list(baselines()[0])], STEP_DEG)
+        assert said is Code.NEAREST
+
+
+def test_without_a_healthy_day_the_nearest_code_is_taken() -> None:
+    assert code_of(read_coarsely(STEP_DEG, Code.TOWARDS_ZERO), [], STEP_DEG) is Code.NEAREST
+
+
+@pytest.mark.parametrize("code", list(Code))
+def test_in_the_middle_of_its_code_a_reading_is_off_by_rounding_alone(code: Code) -> None:
+    for one, read in zip(healthy(), read_coarsely(STEP_DEG, code), strict=True):
+        angle, middle = np.asarray(one.angle_deg), np.asarray(centred(read, STEP_DEG, code).angle_deg)
+        wide = np.abs(angle) > STEP_DEG  # the code zero is twice as wide where codes go towards it
+        assert np.all(np.abs(middle - angle)[wide] <= 0.5 * STEP_DEG + 1e-9)
+        assert rms(np.asarray(read.angle_deg)[wide] - middle[wide]) ** 2 == pytest.approx(cut_off_deg2(STEP_DEG, code))
+
+
+@pytest.mark.parametrize("code", [Code.LOWER, Code.TOWARDS_ZERO])
+def test_what_cutting_off_leaves_is_the_converters_and_nothing_elses(code: Code) -> None:
+    """It was a bend of the sensor, and an offset."""
+    found = diagnose(None, read_coarsely(STEP_DEG, code), [list(day) for day in baselines()])
+    assert [cause.effect for cause in found.causes] == ["quantisation"]
+    assert found.verdict is Verdict.EXPLAINED
+    assert found.causes[0].parameters["code"].value == code
+    assert found.gap.after_deg < 0.6 * found.gap.rms_deg
+
+
+def marks(change: Callable[[Column, np.random.Generator], Column]) -> dict[str, Signature]:
+    """What the raw samples of a changed day show beside healthy days with noise and no step."""
+    random = np.random.default_rng(5)
+    case = [replace(one, angle_deg=change(np.asarray(one.angle_deg), random)) for one in healthy()]
+    read = read_signatures(pair_up(case, [list(day) for day in baselines()], 0.2).pairs)
+    return {one.effect or one.test: one for one in read if one.found}
+
+
+@pytest.mark.parametrize("share", [0.05, 0.3, 0.6, 0.85])
+def test_samples_that_repeat_are_neither_a_step_nor_noise_nor_hum(share: float) -> None:
+    """Few values are left of a column that mostly repeats, and what stands still and jumps is loud."""
+
+    def repeating(angle: Column, random: np.random.Generator) -> Column:
+        lost = random.random(len(angle)) < share
+        lost[0] = False
+        return angle[np.maximum.accumulate(np.where(lost, 0, np.arange(len(angle))))]
+
+    assert set(marks(repeating)) == {"lost_samples"}
+
+
+@pytest.mark.parametrize("every_s", [0.8, 1.7, 2.5])
+@pytest.mark.parametrize("hertz", [50.0, 60.0])
+def test_hum_that_is_switched_is_hum_and_no_noise(hertz: float, every_s: float) -> None:
+    def switched(angle: Column, _: np.random.Generator) -> Column:
+        t = np.arange(len(angle)) * 0.005
+        return angle + np.where(t / every_s % 1.0 < 0.5, 0.8 * np.sin(2.0 * np.pi * hertz * t), 0.0)
+
+    found = marks(switched)
+    assert set(found) == {"mains_hum"}
+    assert found["mains_hum"].variance_deg2 == pytest.approx(0.5 * 0.5 * 0.8**2, rel=0.1)
+    assert "comes and goes" in found["mains_hum"].text
+
+
+@pytest.mark.parametrize("louder_deg", [0.0, 0.3])
+def test_noise_beside_hum_that_is_switched_is_found(louder_deg: float) -> None:
+    def both(angle: Column, random: np.random.Generator) -> Column:
+        t = np.arange(len(angle)) * 0.005
+        hum = np.where(t / 1.3 % 1.0 < 0.5, 0.8 * np.sin(2.0 * np.pi * 50.0 * t), 0.0)
+        return angle + hum + louder_deg * random.standard_normal(len(angle))
+
+    assert ("sensor_noise" in marks(both)) is (louder_deg > 0.0)
