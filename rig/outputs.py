@@ -23,6 +23,8 @@ _HEAD_BYTES: Final = 1 << 16
 NO_LINKS: Final = (errno.EPERM, errno.ENOTSUP, errno.ENOSYS, errno.EXDEV, errno.EMLINK)
 """What a file system without hard links, such as FAT, says of one."""
 _NAME_BYTES: Final = 100
+UNFINISHED: Final = ".writing"
+"""How the name of a file ends that a command has not finished."""
 FIGURE_SUFFIXES: Final = (".png", ".svg", ".pdf")
 _FIGURE_HEADS: Final = {".png": b"\x89PNG", ".pdf": b"%PDF"}
 
@@ -146,16 +148,17 @@ def make_folder(path: Path) -> None:
 
 @contextlib.contextmanager
 def writing(path: Path, kind: Kind) -> Iterator[Path]:
-    """The place to write to (with the suffix of `path`), which becomes `path` at the end and vanishes after an error;
-    folders on the way are made.
+    """The place to write to, which becomes `path` at the end and vanishes after an error; folders on the way are made.
 
-    What has come to lie there meanwhile is judged by the same rule; where it stays, what was written stays beside it.
+    Its name has no suffix: what is left of a command that was killed passes for nothing that somebody looks for in a
+    folder. What has come to lie there meanwhile is judged by the same rule; where it stays, what was written stays
+    beside it.
 
     RigError when nothing of that kind may be written there, or the disk refuses.
     """
     check_place(path, kind, make_folder=True)
     target = path.resolve()
-    part = path if _is_stream(path) else target.with_name(f".{secrets.token_hex(6)}.writing{target.suffix[:16]}")
+    part = path if _is_stream(path) else target.with_name(f".{secrets.token_hex(6)}{UNFINISHED}")
     make_folder(target.parent)
     try:
         yield part
@@ -244,7 +247,7 @@ def _finish(part: Path, target: Path, kind: Kind) -> None:
             part.replace(target)
         keep_names(target.parent)
     except RigError as error:
-        kept = target.with_name(f"{target.stem}{part.stem.removesuffix('.writing')}{part.suffix}")
+        kept = target.with_name(f"{target.stem}{part.name.removesuffix(UNFINISHED)}{target.suffix}")
         part.rename(kept)
         raise RigError(f"{error}; it came while this was at work, whose result is {kept}") from None
 

@@ -1,5 +1,5 @@
 """Where `pamrig` begins and ends: Ctrl-C is heard before anything of it is imported, wherever it strikes, and after the
-work is done."""
+work is done. SIGTERM and the end of the terminal are heard as it is."""
 
 import atexit
 import os
@@ -10,6 +10,8 @@ import time
 from typing import Any, Final
 
 INTERRUPTED: Final = 130
+_TOLD_TO_END: Final = (signal.SIGTERM, signal.SIGHUP)
+"""What ends a process on the spot unless it listens, with whatever it has half written left behind."""
 _SOON_S: Final = 0.01
 """Until Ctrl-C strikes once more where it was not heard, and again as long as it would be lost once more."""
 
@@ -18,8 +20,13 @@ def main() -> None:
     """`rig.cli.commands.main`; Ctrl-C while that and its packages are being imported ends as quietly as it does
     later."""
     sys.unraisablehook = _heard_again
-    # registered first, it is called last: Python then hands signals back to the system, and one would end what is done
-    atexit.register(signal.signal, signal.SIGINT, signal.SIG_IGN)
+    told = [number for number in _TOLD_TO_END if signal.getsignal(number) is not signal.SIG_IGN]  # `nohup` ignores one
+    for number in told:
+        signal.signal(number, _end)
+    for number in (signal.SIGINT, *told):
+        # registered first, it is called last: Python then hands signals back to the system, and one would end what is
+        # done
+        atexit.register(signal.signal, number, signal.SIG_IGN)
     try:
         try:
             from rig.cli.commands import main as carry_out
@@ -27,12 +34,20 @@ def main() -> None:
             carry_out()
         finally:
             # the interpreter takes a while to end, and would end by the signal: without a word, or with a traceback
-            signal.signal(signal.SIGINT, lambda *_: os._exit(INTERRUPTED))
+            for number in (signal.SIGINT, *told):
+                signal.signal(number, lambda *_: os._exit(INTERRUPTED))
             # where Ctrl-C struck code made from text (dataclasses make some), `python -m` keeps that it was not caught,
             # and ends by the signal, too; the next such code makes it forget (CPython, run_eval_code_obj)
             exec("")
     except KeyboardInterrupt:
         sys.exit(INTERRUPTED)
+
+
+def _end(*_: object) -> None:
+    """As by Ctrl-C, which every command ends well by. A terminal that closes says so twice: the second time must not
+    strike what is being put in order."""
+    signal.signal(signal.SIGHUP, signal.SIG_IGN)
+    raise KeyboardInterrupt
 
 
 def _heard_again(lost: Any) -> None:

@@ -20,7 +20,7 @@ from rig.log.mcap.columns import DTYPES, Array, Samples, kept_as, message_rows, 
 from rig.log.mcap.reader import McapLog
 from rig.log.mcap.writer import RunWriter
 from rig.log.replay import Comparison
-from rig.outputs import make_folder
+from rig.outputs import UNFINISHED, make_folder
 from rig.record import AGED, Record
 from rig.sample import WIRES, Flag, Phase
 
@@ -57,7 +57,7 @@ def read_content(path: Path) -> LogContent:
 def write_content(content: LogContent, path: Path) -> Path:
     """Write a log as it was, folders on the way are made; RecordError when `path` exists or cannot be written."""
     make_folder(path.parent)
-    writer = RunWriter(path, content.run_facts, content.attachments, unfinished=f".{os.getpid()}.writing")
+    writer = RunWriter(path, content.run_facts, content.attachments, unfinished=f".{os.getpid()}{UNFINISHED}")
     try:
         extra = sorted([*_log_messages(writer, content.lines), *_comparison_messages(writer, content.comparison)])
         for records, times_ns in _runs(content.samples, writer.sample_channel):

@@ -58,8 +58,13 @@ def export(content: LogContent, path: Path, kind: str) -> list[Path]:
     cannot be written."""
     files = [path, sidecar_path(path)] if kind.startswith("csv") else [path]
     check_free(files)
-    with writing(path, Kind.RECORDING) as part:
-        _WRITERS[kind](content, part, path)
+    try:
+        with writing(path, Kind.RECORDING) as part:
+            _WRITERS[kind](content, part, path)
+    except BaseException:
+        for beside in files[1:]:
+            beside.unlink(missing_ok=True)  # it would stand alone, and in the way of the next try
+        raise
     return files
 
 
@@ -145,7 +150,8 @@ def _write_csv(content: LogContent, part: Path, path: Path) -> None:
 
 @contextlib.contextmanager
 def _text_file(path: Path, name: str) -> Iterator[TextIO]:
-    if path.suffix != ".gz":
+    """`path` opened for the text of what will be called `name`."""
+    if not name.endswith(".gz"):
         with path.open("w", encoding="utf-8") as file:
             yield file
         return

@@ -140,5 +140,5 @@ def save_figure(figure: "Figure", path: Path) -> Path:
         raise RigError(f"{path.parent}: cannot be made: {error.strerror}") from None
     with writing(path, Kind.FIGURE) as part:
         as_written(figure)
-        figure.savefig(part, dpi=130)
+        figure.savefig(part, dpi=130, format=path.suffix[1:])
     return path

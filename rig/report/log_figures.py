@@ -130,7 +130,7 @@ def save(figure: "Figure", path: Path) -> None:
     """Write a figure in the format of the suffix; RigError when that is unknown or the file cannot be written."""
     with writing(path, Kind.FIGURE) as part:
         as_written(figure)
-        figure.savefig(part, dpi=150)
+        figure.savefig(part, dpi=150, format=path.suffix[1:])
 
 
 def terminal_picture(record: Record, width: int, height: int) -> str:

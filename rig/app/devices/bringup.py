@@ -25,6 +25,7 @@ from rig.realtime.loop import LEAVING_NS
 from rig.realtime.safe_state import Outcome as SafeOutcome
 from rig.realtime.safe_state import SecondPath, insist
 from rig.sample import BROKEN_WIRE, SUSPECT, Flag
+from rig.service.session.session import ending_signals
 
 SLEW_MPA_S: Final = 0.1
 LOOK_S: Final = 0.2
@@ -66,7 +67,7 @@ class DeviceTicker:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        with _ctrl_c_afterwards():
+        with _ended_afterwards():
             self._quit.set()
             self._thread.join()
             try:
@@ -193,18 +194,19 @@ class DeviceTicker:
 
 
 @contextlib.contextmanager
-def _ctrl_c_afterwards() -> Iterator[None]:
-    """Ctrl-C strikes when this is over: whoever presses it twice is not to keep the rig from its safe state, which has
-    a bound of its own. Who stands above this process sees to one that hangs."""
+def _ended_afterwards() -> Iterator[None]:
+    """Ctrl-C, SIGTERM and a closed terminal strike when this is over: whoever asks twice is not to keep the rig from
+    its safe state, which has a bound of its own. Who stands above this process sees to one that hangs."""
     if threading.current_thread() is not threading.main_thread():
         yield
         return
     pressed: list[int] = []
-    before = signal.signal(signal.SIGINT, lambda number, _: pressed.append(number))
+    before = {number: signal.signal(number, lambda n, _: pressed.append(n)) for number in ending_signals()}
     try:
         yield
     finally:
-        signal.signal(signal.SIGINT, before)
+        for number, handler in before.items():
+            signal.signal(number, handler)
     if pressed:
         raise KeyboardInterrupt
 

@@ -17,9 +17,10 @@ SAFE_MPA = (0.2, 0.2)
 
 
 class Pressed:
-    """A device; while it is being made safe for the first time somebody presses Ctrl-C."""
+    """A device; while it is being made safe for the first time somebody presses Ctrl-C, or sends that signal."""
 
-    def __init__(self) -> None:
+    def __init__(self, number: signal.Signals = signal.SIGINT) -> None:
+        self.number = number
         self.is_safe = self.struck = self.is_open = False
 
     def open(self) -> dict[str, str]:
@@ -35,7 +36,7 @@ class Pressed:
     def safe(self) -> None:
         if not self.struck:
             self.struck = True
-            signal.raise_signal(signal.SIGINT)
+            signal.raise_signal(self.number)
         self.is_safe = True
 
     def close(self) -> None:
@@ -70,15 +71,16 @@ def held(device: Any, above: Any = None, *, given_up: bool = False) -> None:
             raise KeyboardInterrupt
 
 
-def test_a_second_ctrl_c_does_not_keep_the_rig_from_its_safe_state() -> None:
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_second_ctrl_c_does_not_keep_the_rig_from_its_safe_state(number: signal.Signals) -> None:
     """Those above the command were told that the rig was safe and let it be; the old set-points stood."""
-    device = Pressed()
-    above, before = Above(device), signal.getsignal(signal.SIGINT)
+    device = Pressed(number)
+    above, before = Above(device), signal.getsignal(number)
     with pytest.raises(KeyboardInterrupt):
         held(device, above, given_up=True)
     assert device.struck
     assert (device.is_safe, above.let_go_of_a_safe_rig, device.is_open) == (True, True, False)
-    assert signal.getsignal(signal.SIGINT) is before
+    assert signal.getsignal(number) is before
 
 
 def test_a_ctrl_c_on_the_way_out_is_heard_after_it() -> None:
