@@ -65,6 +65,7 @@ class Daemon:
         writer."""
         make_folder(settings.logs)
         make_folder(settings.state, places.OWN_MODE)
+        places.keep_others_from(settings.state, "the daemon's queue and ledger")
         taken = (
             f"{settings.state}: another daemon is running with this state folder; see `pamrig status`, or "
             "give another by --state"

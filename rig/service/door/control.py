@@ -231,6 +231,7 @@ def _make_folder(path: Path) -> None:
     places.check_folder(path.parent, make=True)
     try:
         path.parent.mkdir(places.OWN_MODE, parents=True, exist_ok=True)
+        places.keep_others_from(path.parent, "the daemon's socket", among_others=True)
     except OSError as error:
         raise StateError(f"{path}: cannot be made: {error.strerror}") from None
 

@@ -8,6 +8,7 @@ there.
 import contextlib
 import errno
 import fcntl
+import logging
 import os
 import pwd
 import socket
@@ -25,6 +26,7 @@ _CREDENTIALS: Final = struct.Struct("3i")  # struct ucred: pid, uid, gid (unix(7
 _OTHERS_WRITE: Final = stat.S_IWGRP | stat.S_IWOTH
 OWN_MODE: Final = 0o755
 """At most, of a folder that holds what a daemon goes by: socket, locks, queue, ledger."""
+_LOG: Final = logging.getLogger("pamrig")
 
 
 def default_socket() -> Path:
@@ -88,6 +90,41 @@ def check_folder(folder: Path, *, make: bool = False) -> None:
         raise StateError(
             f"{folder}: is not a folder of yours alone ({found_as}): somebody else made it; set PAMRIG_SOCKET"
         )
+
+
+def keep_others_from(folder: Path, holds: str, *, among_others: bool = False) -> None:
+    """StateError for a folder that another user, or others beside this one, may write to: it `holds` what a daemon goes
+    by. One of one's own is made `OWN_MODE` at most, which the log says.
+
+    `among_others`: one such as /tmp will do, where everybody may put something and nobody remove another's.
+    """
+    found = os.stat(folder)
+    mode, where = stat.S_IMODE(found.st_mode), f"{folder}: is to hold {holds}, and"
+    if among_others and mode & stat.S_ISVTX:
+        return
+    if found.st_uid != os.geteuid():
+        raise StateError(f"{where} is of user {user_name(found.st_uid)}; give a folder of your own")
+    if not mode & _OTHERS_WRITE:
+        return
+    if mode & stat.S_ISVTX or (theirs := _of_others(folder)):
+        what = "is meant for everybody" if mode & stat.S_ISVTX else f"others have put something there ({theirs})"
+        raise StateError(f"{where} {what} (mode {mode:o}); give a folder of your own")
+    tight = mode & ~_OTHERS_WRITE
+    with contextlib.suppress(OSError):  # not every file system has modes
+        folder.chmod(tight)
+    if stat.S_IMODE(os.stat(folder).st_mode) & _OTHERS_WRITE:
+        raise StateError(f"{where} others may write there (mode {mode:o}), which cannot be changed; give another")
+    _LOG.warning("%s others could write there (mode %o): only you may now (mode %o)", where, mode, tight)
+
+
+def _of_others(folder: Path) -> str:
+    """Something in it that is neither this user's nor root's; empty for nothing."""
+    with os.scandir(folder) as entries:
+        for entry in entries:
+            uid = entry.stat(follow_symlinks=False).st_uid
+            if uid not in (0, os.geteuid()):
+                return f"{entry.name}, of user {user_name(uid)}"
+    return ""
 
 
 def make_way(path: Path) -> None:

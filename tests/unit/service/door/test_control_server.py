@@ -54,7 +54,12 @@ def test_the_socket_is_its_owner_s_whatever_the_umask_which_stays_as_it_is(
         os.umask(before)
 
 
-def test_the_folder_of_the_socket_is_nobody_else_s_to_write_to(tmp_path: Path) -> None:
+@pytest.mark.parametrize("there", [None, 0o777])
+def test_the_folder_of_the_socket_is_nobody_else_s_to_write_to(tmp_path: Path, there: int | None) -> None:
+    if there is not None:
+        (tmp_path / "run").mkdir()
+        (tmp_path / "run").chmod(there)
+
     async def talk(server: Server) -> None:
         before = os.umask(0)
         try:

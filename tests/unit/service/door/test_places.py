@@ -196,3 +196,48 @@ def test_a_state_folder_is_its_owner_s_alone_to_write_to(tmp_path: Path) -> None
     finally:
         os.umask(before)
     assert (tmp_path / "state").stat().st_mode & 0o777 == 0o755
+
+
+@pytest.mark.parametrize("mode", [0o777, 0o775, 0o2777])
+def test_a_folder_of_ones_own_is_closed_to_others_and_that_is_said(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture, mode: int
+) -> None:
+    tmp_path.chmod(mode)
+    places.keep_others_from(tmp_path, "the queue")
+    assert tmp_path.stat().st_mode & 0o7777 == mode & ~0o022
+    (line,) = caplog.messages
+    assert line.startswith(f"{tmp_path}: is to hold the queue, and others could write there (mode {mode:o})")
+    places.keep_others_from(tmp_path, "the queue")
+    assert len(caplog.messages) == 1
+
+
+def test_a_folder_of_another_users_holds_nothing_of_a_daemon(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    uid = os.geteuid()
+    monkeypatch.setattr(os, "geteuid", lambda: uid + 1)
+    with pytest.raises(StateError, match=rf"is to hold the queue, and is of user .*{uid}.*; give a folder of your own"):
+        places.keep_others_from(tmp_path, "the queue")
+
+
+def test_where_everybody_has_something_the_socket_may_lie_and_no_queue(tmp_path: Path) -> None:
+    tmp_path.chmod(0o1777)
+    places.keep_others_from(tmp_path, "the socket", among_others=True)
+    with pytest.raises(StateError, match=r"is meant for everybody \(mode 1777\); give a folder of your own"):
+        places.keep_others_from(tmp_path, "the queue")
+    assert tmp_path.stat().st_mode & 0o7777 == 0o1777
+
+
+@pytest.mark.skipif(os.geteuid() != 0, reason="only root can give a file to somebody else")
+def test_what_others_have_put_into_an_open_folder_is_not_gone_by(tmp_path: Path) -> None:
+    tmp_path.chmod(0o777)
+    (tmp_path / "queue.json").touch()
+    os.chown(tmp_path / "queue.json", 54321, -1)
+    with pytest.raises(StateError, match=r"others have put something there \(queue.json, of user 54321\) \(mode 777\)"):
+        places.keep_others_from(tmp_path, "the queue")
+    assert tmp_path.stat().st_mode & 0o777 == 0o777
+
+
+def test_a_file_system_without_modes_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    tmp_path.chmod(0o777)
+    monkeypatch.setattr(Path, "chmod", lambda *_: None)
+    with pytest.raises(StateError, match=r"others may write there .mode 777., which cannot be changed"):
+        places.keep_others_from(tmp_path, "the queue")

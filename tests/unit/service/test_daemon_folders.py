@@ -1,0 +1,30 @@
+"""What a daemon holds its folders to before it works with them."""
+
+from pathlib import Path
+
+import pytest
+
+from rig.app import compose
+from rig.app.supervise import parts_of
+from rig.errors import StateError
+from rig.service.daemon import Daemon
+from rig.service.settings import DaemonSettings, Web
+
+
+def daemon_in(folder: Path) -> Daemon:
+    """One that has not begun."""
+    settings = DaemonSettings(logs=folder / "logs", state=folder, socket=folder / "s.sock", web=Web(on=False))
+    return Daemon(parts_of(compose.load(None), virtual=True), settings)
+
+
+def test_a_state_folder_that_was_there_is_closed_to_others(tmp_path: Path) -> None:
+    tmp_path.chmod(0o777)
+    daemon_in(tmp_path)
+    assert tmp_path.stat().st_mode & 0o777 == 0o755
+
+
+def test_a_state_folder_of_everybodys_is_refused(tmp_path: Path) -> None:
+    tmp_path.chmod(0o1777)
+    with pytest.raises(StateError, match="is to hold the daemon's queue and ledger, and is meant for everybody"):
+        daemon_in(tmp_path)
+    assert not (tmp_path / "daemon.lock").exists()
