@@ -169,13 +169,19 @@ def parse(message: dict[str, Any]) -> Request:
 
 
 def _check_usable(where: str, value: Any) -> None:
-    """Refused for texts that no file name can be, and numbers that no float can hold, which JSON knows and nobody
-    means."""
+    """Refused for what JSON knows and nobody means, or nobody else can read: texts with a character 0 or of bytes that
+    are no UTF-8, numbers that no float can hold."""
     if isinstance(value, list) and len(value) > _MOST_ITEMS:
         raise Refused(Code.BAD_ARGUMENT, f"{where}: {len(value)} of them; at most {_MOST_ITEMS}")
     for item in value if isinstance(value, list) else (value,):
-        if isinstance(item, str) and ("\0" in item or not _encodable(item)):
-            raise Refused(Code.BAD_ARGUMENT, f"{where}: {shown(item)} holds a character that no file name can have")
+        if isinstance(item, str) and "\0" in item:
+            raise Refused(Code.BAD_ARGUMENT, f"{where}: {shown(item)} holds a character 0, which no text has")
+        if isinstance(item, str) and not _encodable(item):
+            raise Refused(
+                Code.BAD_ARGUMENT,
+                f"{where}: {shown(item)} is no UTF-8 text, and the daemon takes no other, for paths neither: rename "
+                "the file, or the folder on its way",
+            )
         if isinstance(item, int | float) and not -_MOST <= item <= _MOST:
             raise Refused(Code.BAD_ARGUMENT, f"{where}: {shown(item)} is not a number that can be worked with")
 

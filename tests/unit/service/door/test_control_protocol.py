@@ -4,6 +4,7 @@ answer."""
 import contextlib
 import json
 import math
+import os
 
 import pytest
 from hypothesis import given
@@ -52,12 +53,17 @@ def test_a_request_is_a_command_with_its_arguments() -> None:
         (
             request(command="start", sweeps=["/a\0b"]),
             Code.BAD_ARGUMENT,
-            "'/a\\x00b' holds a character that no file name",
+            "'/a\\x00b' holds a character 0, which no text has",
         ),
         (
             request(command="start", sweeps=["/a\ud800"]),
             Code.BAD_ARGUMENT,
-            "'/a\\ud800' holds a character that no file name",
+            "'/a\\ud800' is no UTF-8 text",
+        ),
+        (
+            request(command="start", sweeps=[os.fsdecode(b"/a\xff.yaml")]),
+            Code.BAD_ARGUMENT,
+            "'/a\\udcff.yaml' is no UTF-8 text, and the daemon takes no other, for paths neither: rename the file",
         ),
         (request(command="\ud800"), Code.UNKNOWN_COMMAND, "unknown command '\\ud800'"),
         (request(v=10**400), Code.WRONG_VERSION, "version a number of more than 20 digits"),
