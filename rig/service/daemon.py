@@ -160,20 +160,20 @@ class Daemon:
 
     async def _finish(self) -> None:
         self._notifier.say(STOPPING=1)
-        tasks = [*self._tasks, *self._reports.tasks]
-        for task in tasks:
+        for task in self._tasks:
             task.cancel()
         for planner in (self._checker, self._runner.planner):
             await asyncio.to_thread(planner.close)
-        await asyncio.gather(*tasks, return_exceptions=True)
+        await asyncio.gather(*self._tasks, return_exceptions=True)
         await asyncio.to_thread(self._live.close)
         await asyncio.to_thread(self._page.close)
         left = await asyncio.get_running_loop().run_in_executor(self._starter, self._monitor.close, self._wait_on)
+        lost = await self._reports.end(self._wait_on)
         await asyncio.to_thread(self._retention.remember)
         await self._server.close()
         self._starter.shutdown()
         self._notifier.close()
-        _LOG.info("ended; %s", left)
+        _LOG.info("ended; %s", "; ".join(filter(None, (left, lost))))
 
     def _wait_on(self, why: str) -> None:
         """Say what the end waits for; whoever told us to end is to wait too."""

@@ -1,11 +1,13 @@
 """What is told of a fault: lines in the log as more becomes known, and the black box."""
 
 import asyncio
+import contextlib
 import logging
+import threading
 import time
 from collections.abc import Callable
 from pathlib import Path
-from typing import Final
+from typing import Any, Final, TypeVar
 
 from rig.errors import RigError
 from rig.realtime.faults import Fault, explain
@@ -18,7 +20,10 @@ AGAIN_S: Final = 5.0
 """Until a black box is tried again that the disk did not take."""
 MOST_WAITING: Final = 8
 """Black boxes that wait for the disk at a time: each is 1.5 MB of memory."""
+END_S: Final = 10.0
+"""At most, for those that still wait when the daemon ends."""
 _LOG = logging.getLogger("pamrig")
+T = TypeVar("T")
 
 
 class FaultReports:
@@ -31,7 +36,9 @@ class FaultReports:
         self._safe_words = ""
         self.black_boxes: list[Path] = []
         self.tasks: list[asyncio.Task[None]] = []
-        """Black boxes that are being written."""
+        """Black boxes that are being written, each by the name of its fault."""
+        self._ending = asyncio.Event()
+        self._lost: list[str] = []
 
     @property
     def since_s(self) -> float | None:
@@ -54,7 +61,7 @@ class FaultReports:
             return
         self._hold()
         _LOG.error("%s", explain(fault, self._monitor.message))
-        self.tasks.append(asyncio.create_task(self._save_black_box(fault)))
+        self.tasks.append(asyncio.create_task(self._save_black_box(fault), name=fault.name))
 
     def _tell_safe(self) -> None:
         """During a fault, each time that more is known of the safe state."""
@@ -69,22 +76,46 @@ class FaultReports:
         session = self._monitor.session
         if session is None:
             return
-        box = await asyncio.to_thread(blackbox.take, session.ring, fault, self._monitor.message)
+        message = self._monitor.message
+        box = await _aside(lambda: blackbox.take(session.ring, fault, message))
         said = ""
         while True:
+            last = self._ending.is_set()
             try:
-                saved = await asyncio.to_thread(box.write, self._folder)
+                saved = await _aside(lambda: box.write(self._folder))
             except RigError as error:
+                if last:
+                    self._lose(fault.name, str(error))
+                    return
                 if str(error) != said:
                     said = str(error)
                     _LOG.error("the black box could not be written, and is tried again: %s", said)
                 if sum(not task.done() for task in self.tasks) > MOST_WAITING:
                     _LOG.error("the black box of %s is lost: so many wait already", fault.name)
                     return
-                await asyncio.sleep(AGAIN_S)
+                with contextlib.suppress(TimeoutError):
+                    await asyncio.wait_for(self._ending.wait(), AGAIN_S)
             else:
                 self._keep(saved, explain(fault))
                 return
+
+    async def end(self, say: Callable[[str], None], patience_s: float = END_S) -> str:
+        """Try once more what still waits for the disk, which `say` gets a line of, and give it so long; returns what is
+        lost then, in words. For the end of the daemon, when the rig is safe."""
+        waiting = [task for task in self.tasks if not task.done()]
+        if waiting:
+            say(f"waiting for the disk: {', '.join(f'the black box of {task.get_name()}' for task in waiting)}")
+            self._ending.set()
+            _, late = await asyncio.wait(waiting, timeout=patience_s)
+            for task in late:
+                task.cancel()
+                self._lose(task.get_name(), f"the disk did not take it within {patience_s:g} s")
+        await asyncio.gather(*self.tasks, return_exceptions=True)
+        return "; ".join(self._lost)
+
+    def _lose(self, fault: str, why: str) -> None:
+        self._lost.append(f"the black box of {fault} is lost: {why}")
+        _LOG.error("%s", self._lost[-1])
 
     async def salvage(self, owner: blackbox.Owner) -> None:
         """The black boxes that a daemon of this owner left that had died."""
@@ -97,3 +128,26 @@ class FaultReports:
     def _keep(self, saved: Path, why: str) -> None:
         self.black_boxes.append(saved)
         _LOG.warning("black box saved: %s (%s)", saved, why)
+
+
+async def _aside(work: Callable[[], T]) -> T:
+    """What `work` gives, from a thread that no process waits for at its end, unlike those of the event loop: a disk may
+    stand still."""
+    loop = asyncio.get_running_loop()
+    done: asyncio.Future[T] = loop.create_future()
+
+    def tell(how: Callable[[Any], None], what: Any) -> None:
+        if not done.done():
+            how(what)
+
+    def carry_out() -> None:
+        told: tuple[Callable[[Any], None], Any]
+        try:
+            told = (done.set_result, work())
+        except Exception as error:  # noqa: BLE001 - it is told to who waits for it
+            told = (done.set_exception, error)
+        with contextlib.suppress(RuntimeError):  # the event loop has ended
+            loop.call_soon_threadsafe(tell, *told)
+
+    threading.Thread(target=carry_out, name="black box", daemon=True).start()
+    return await done

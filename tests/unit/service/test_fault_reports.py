@@ -2,7 +2,8 @@
 
 import asyncio
 import os
-from collections.abc import Iterator
+import threading
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -10,10 +11,12 @@ from typing import Any
 import pytest
 from support.records.mcap_files import contents
 
+from rig.errors import RecordError
 from rig.realtime.faults import Fault
 from rig.realtime.ring import Ring, RingWriter
 from rig.realtime.state import State
 from rig.sample import Sample
+from rig.service.records import blackbox
 from rig.service.views import fault_reports
 from rig.service.views.fault_reports import FaultReports
 
@@ -80,3 +83,82 @@ def test_so_many_black_boxes_wait_and_no_more(
             task.cancel()
 
     asyncio.run(told())
+
+
+async def at_an_end(reports: FaultReports, waits: Callable[[], bool], patience_s: float = 9.0) -> tuple[str, list[str]]:
+    """A daemon that ends while a black box waits: what it says of it is lost, and what it waited for."""
+    reports.tell_fault()
+    while not waits():
+        await asyncio.sleep(0)
+    said: list[str] = []
+    return await reports.end(said.append, patience_s), said
+
+
+def test_a_black_box_that_waits_is_written_before_the_daemon_goes(
+    ring: Ring, tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    (tmp_path / "boxes").write_text("no room for a folder")
+    fill(ring, 0, 20)
+
+    async def ended() -> tuple[str, list[str]]:
+        reports = FaultReports(monitor_of(ring), tmp_path / "boxes", lambda: None)
+
+        def waits() -> bool:
+            if "tried again" not in caplog.text:
+                return False
+            (tmp_path / "boxes").unlink(missing_ok=True)
+            return True
+
+        return await at_an_end(reports, waits)
+
+    assert asyncio.run(ended()) == ("", ["waiting for the disk: the black box of NOT_FOLLOWING"])
+    (box,) = (tmp_path / "boxes").iterdir()
+    assert len(contents(box).samples) == 20
+
+
+def test_a_black_box_that_the_disk_never_took_is_said_to_be_lost(
+    ring: Ring, tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    (tmp_path / "boxes").write_text("no room for a folder")
+    fill(ring, 0, 20)
+
+    async def ended() -> tuple[str, list[str]]:
+        reports = FaultReports(monitor_of(ring), tmp_path / "boxes", lambda: None)
+        return await at_an_end(reports, lambda: "tried again" in caplog.text)
+
+    lost, _ = asyncio.run(ended())
+    assert lost == f"the black box of NOT_FOLLOWING is lost: {tmp_path / 'boxes'}: cannot be made: File exists"
+    assert lost in caplog.messages
+
+
+def test_a_disk_that_stands_still_keeps_no_daemon(
+    ring: Ring, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    begun, over = threading.Event(), threading.Event()
+
+    def stands(*_: object) -> Path:
+        begun.set()
+        over.wait()
+        raise RecordError("the disk goes on, and nobody hears of it")
+
+    monkeypatch.setattr(blackbox.Box, "write", stands)
+    fill(ring, 0, 20)
+
+    async def ended() -> tuple[str, list[str]]:
+        return await at_an_end(FaultReports(monitor_of(ring), tmp_path, lambda: None), begun.is_set, 0.0)
+
+    try:
+        lost, _ = asyncio.run(ended())
+    finally:
+        over.set()
+    assert lost == "the black box of NOT_FOLLOWING is lost: the disk did not take it within 0 s"
+
+
+def test_nothing_is_waited_for_where_no_black_box_waits(ring: Ring, tmp_path: Path) -> None:
+    fill(ring, 0, 20)
+
+    async def ended() -> tuple[str, list[str]]:
+        reports = FaultReports(monitor_of(ring), tmp_path / "boxes", lambda: None)
+        return await at_an_end(reports, lambda: bool(reports.black_boxes))
+
+    assert asyncio.run(ended()) == ("", [])
