@@ -23,7 +23,7 @@ from rig.realtime.measures import Measures
 from rig.realtime.state import TABLE, Event, State
 from rig.rig_config import Safe
 from rig.sample import WIRES, Flag, Phase
-from rig.service.door.protocol import COMMANDS
+from rig.service.connections.protocol import COMMANDS
 
 DOCS = Path(__file__).resolve().parent
 _BLOCK = re.compile(r"(<!-- generated: (\w+) -->\n).*?(<!-- end -->)", re.DOTALL)

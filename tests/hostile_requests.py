@@ -24,7 +24,7 @@ from support import hostile_work
 from support.page_visitor import free_port
 
 from rig.qualify.faults.bench import START_S, FaultBench
-from rig.service.door.protocol import COMMANDS
+from rig.service.connections.protocol import COMMANDS
 
 ANSWER_S = 20.0
 """For the answer to one input, on a machine that does other work too; a sweep may take the planner's time."""

@@ -15,11 +15,11 @@ from pathlib import Path
 from typing import Any, Final, Self
 
 from rig.errors import RigError, StateError
-from rig.service.door import places, protocol
-from rig.service.door.protocol import Code
+from rig.service.connections import places, protocol
+from rig.service.connections.protocol import Code
 from rig.service.processes import DISK_PATIENCE_S
 
-_KNOCK_AGAIN_S: Final = 0.0005
+_CONNECT_AGAIN_S: Final = 0.0005
 _SAY_AGAIN_S: Final = 0.001
 """Before an emergency stop that was crowded out is said again; twice as long after each time, up to the next."""
 _SAY_AGAIN_AT_MOST_S: Final = 0.05
@@ -57,7 +57,7 @@ class Client:
         self._lines = self._socket.makefile("rb")
 
     def _connect(self, timeout_s: float) -> None:
-        """Knock again while the hall is full (EAGAIN on Linux: the backlog of a Unix socket is exhausted)."""
+        """Try again while the queue is full (EAGAIN on Linux: the backlog of a Unix socket is exhausted)."""
         until = time.monotonic() + timeout_s
         while True:
             try:
@@ -66,7 +66,7 @@ class Client:
             except BlockingIOError:
                 if time.monotonic() > until:
                     raise
-                time.sleep(_KNOCK_AGAIN_S)
+                time.sleep(_CONNECT_AGAIN_S)
 
     def __enter__(self) -> Self:
         return self
@@ -122,7 +122,7 @@ class Client:
         """Safe state at once. RigError unless the device took it; returns who wrote it and whether it was seen at the
         device.
 
-        By a connection of its own: on this one something may be under way. Who is crowded out at the door before he has
+        By a connection of its own: on this one something may be under way. Who is crowded out by others before he has
         said it connects anew and says it again.
         """
         until, pause_s = time.monotonic() + ESTOP_TIMEOUT_S, _SAY_AGAIN_S

@@ -17,10 +17,10 @@ from rig.channels import FACT as CHANNELS
 from rig.errors import RigError
 from rig.realtime.faults import explain
 from rig.realtime.state import Event, State
-from rig.service.door import places
-from rig.service.door.arguments import check_line
-from rig.service.door.control import Server
-from rig.service.door.protocol import VERSION, Code, Refused, Request
+from rig.service.connections import places
+from rig.service.connections.arguments import check_line
+from rig.service.connections.control import Server
+from rig.service.connections.protocol import VERSION, Code, Refused, Request
 from rig.service.processes import processes_json
 from rig.service.queue.job_queue import Queue
 from rig.service.queue.planner import Planner
@@ -46,7 +46,7 @@ _SWITCH_S: Final = 0.0002
 _NICE: Final = -10
 """Where it is allowed: the loop stops when this process does not get to its heartbeat for a second."""
 _HOUSEKEEPING_S: Final = 10.0
-_DOOR_S: Final = 0.5
+_SOCKET_S: Final = 0.5
 """How often the socket is looked for."""
 _END_US: Final = 20_000_000
 """What systemd is asked for while a recorder is waited for, again and again; the unit's TimeoutStopSec."""
@@ -218,7 +218,7 @@ class Daemon:
         """Somebody may clean up where the socket lies; who wants to stop the rig must find it."""
         said = ""
         while True:
-            await asyncio.sleep(_DOOR_S)
+            await asyncio.sleep(_SOCKET_S)
             try:
                 found = "was removed, and is there again" if self._server.stay_reachable() else ""
             except RigError as error:

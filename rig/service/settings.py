@@ -10,8 +10,8 @@ from typing import Final
 from rig.config import read_text, read_yaml, shown, structure
 from rig.errors import ConfigError, RigError
 from rig.fields import bounded
-from rig.service.door import places
-from rig.service.door.places import default_socket
+from rig.service.connections import places
+from rig.service.connections.places import default_socket
 from rig.service.records.retention import Policy
 
 _MOST_TOKEN_BYTES: Final = 4096

@@ -6,9 +6,9 @@ from collections.abc import Awaitable, Callable
 from pathlib import Path
 from typing import Any
 
-from rig.service.door import protocol
-from rig.service.door.control import Server
-from rig.service.door.protocol import Code, Refused, Request
+from rig.service.connections import protocol
+from rig.service.connections.control import Server
+from rig.service.connections.protocol import Code, Refused, Request
 
 Talk = Callable[[Server], Awaitable[None]]
 

@@ -11,7 +11,7 @@ from typing import Any
 from rig.config import finite, read_text
 from rig.errors import ConfigError
 from rig.outputs import Kind, file_name, make_folder, write_text
-from rig.service.door.places import lock_folder
+from rig.service.connections.places import lock_folder
 
 FILE = "hunt.json"
 VERSION = 1

@@ -79,8 +79,8 @@ def daemon(
 
     from rig.app import compose
     from rig.app.supervise import parts_of
+    from rig.service.connections.places import keep_others_out
     from rig.service.daemon import Daemon
-    from rig.service.door.places import keep_others_out
     from rig.service.settings import load_settings
     from rig.service.views import live, metrics
 
@@ -196,7 +196,7 @@ def arm(client: Any) -> None:
     """Let the daemon command the rig; nothing moves yet."""
     import os
 
-    from rig.service.door.places import user_name
+    from rig.service.connections.places import user_name
 
     for line in client.arm(by=f"{user_name(os.getuid())}, by pamrig arm"):
         console("-").print(line, style="yellow")

@@ -21,7 +21,7 @@ from typing import Any, Final
 
 from rig.errors import RigError
 from rig.qualify.faults.bench import FaultBench, Spoilt
-from rig.service.door import protocol
+from rig.service.connections import protocol
 
 GOAL_MS: Final = 10.0
 _TOKEN: Final = "0123456789abcdef"

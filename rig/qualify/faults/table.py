@@ -17,7 +17,7 @@ from typing import Final
 from hil.faults import Injection
 from rig.errors import CheckFailed, RigError, StateError
 from rig.qualify.faults.bench import START_S, FaultBench
-from rig.service.door import protocol
+from rig.service.connections import protocol
 
 
 @dataclass(frozen=True)

@@ -83,27 +83,27 @@ class Planner:
 
     async def check(self, path: Path) -> Summary:
         """What the sweep at `path` amounts to; RigError, one line, when it does not fit."""
-        return cast(Summary, await self._ask(_Desk.check, path))
+        return cast(Summary, await self._ask(_Expander.check, path))
 
     async def open(self, path: Path) -> Summary:
         """The same, and keep it for `publish`."""
-        return cast(Summary, await self._ask(_Desk.open, path))
+        return cast(Summary, await self._ask(_Expander.open, path))
 
     async def publish(self, index: int, run: int, session: int) -> Published:
         """Put the program of a record of the opened sweep where the loop finds it, as run number `run`."""
-        return cast(Published, await self._ask(_Desk.publish, index, run, session))
+        return cast(Published, await self._ask(_Expander.publish, index, run, session))
 
     async def warm(self) -> None:
         """Start the process before it is needed; what goes wrong is told to who needs it."""
         with contextlib.suppress(RigError):
-            await self._ask(_Desk.warm)
+            await self._ask(_Expander.warm)
 
     def close(self) -> None:
         """End the process, whatever it is doing."""
         self._helper.close()
 
     async def _ask(self, *request: Any) -> Any:
-        """A method of `_Desk` and its arguments."""
+        """A method of `_Expander` and its arguments."""
         async with self._turn:
             return await self._helper.asked(request, self._exchange)
 
@@ -125,11 +125,11 @@ def serve(pipe: Connection, rig: RigConfig) -> None:
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
         # they are for the process that commands; the end of the pipe ends this one
         signal.signal(number, signal.SIG_IGN)
-    desk = _Desk(rig)
-    serve_requests(pipe, lambda what, *arguments: what(desk, *arguments), _MEMORY_BYTES)
+    expander = _Expander(rig)
+    serve_requests(pipe, lambda what, *arguments: what(expander, *arguments), _MEMORY_BYTES)
 
 
-class _Desk:
+class _Expander:
     """What the process does."""
 
     def __init__(self, rig: RigConfig) -> None:

@@ -15,7 +15,7 @@ from rig.outputs import file_name
 from rig.realtime.commands import Request, program_path
 from rig.realtime.state import State
 from rig.rig_config import RigConfig, apart
-from rig.service.door.protocol import Code, Refused
+from rig.service.connections.protocol import Code, Refused
 from rig.service.processes import DISK_PATIENCE_S
 from rig.service.queue.job_queue import Job, JobState, Queue
 from rig.service.queue.planner import Planner, Published, Summary

@@ -5,8 +5,8 @@ from pathlib import Path
 from typing import Any, Final
 
 from rig.realtime.state import Event, State
-from rig.service.door.arguments import check_start
-from rig.service.door.protocol import Code, Refused
+from rig.service.connections.arguments import check_start
+from rig.service.connections.protocol import Code, Refused
 from rig.service.queue.job_queue import Queue
 from rig.service.queue.planner import Planner
 from rig.service.queue.queue_runner import QueueRunner

@@ -20,7 +20,7 @@ from rig.realtime.safe_state import Outcome, SafeReport, Writer, insist
 from rig.realtime.shared import KEPT_RING
 from rig.realtime.state import Event, State, after
 from rig.rig_config import RigConfig
-from rig.service.door.protocol import Code, Refused
+from rig.service.connections.protocol import Code, Refused
 from rig.service.records.orders import RunResult, message_of
 from rig.service.session.last_resort import last_resort
 from rig.service.session.process_watch import is_final

@@ -1,4 +1,4 @@
-"""The operator's page seen from the daemon: its door, its process and a spare one, and how a lost one is replaced.
+"""The operator's page seen from the daemon: its socket, its process and a spare one, and how a lost one is replaced.
 
 The daemon holds the listening socket, so that what was asked of a page that froze is answered by the next. Nothing of
 the page runs in this process: it hears beats from it, and that is all. Standard library only.

@@ -54,7 +54,7 @@ def page_process(orders: PageOrders, listening: socket.socket, pipe: Connection,
 def _server(site: "Site") -> "Server":
     import uvicorn
 
-    from rig.service.web.door.gate import gate
+    from rig.service.web.access.gate import gate
 
     config = uvicorn.Config(
         site.app,

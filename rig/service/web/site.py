@@ -15,12 +15,11 @@ from starlette.staticfiles import StaticFiles
 from rig.errors import RigError
 from rig.model.chain import Chain
 from rig.model.parameters import load_model
-from rig.service.door.places import user_name
-from rig.service.web.door.desk import Desk
-from rig.service.web.door.guard import Guard
-from rig.service.web.door.peers import may_come, owner_of
-from rig.service.web.door.visitors import Guesses, Visitors
-from rig.service.web.errands import Errands
+from rig.service.connections.places import user_name
+from rig.service.web.access.command_holder import CommandHolder
+from rig.service.web.access.guard import Guard
+from rig.service.web.access.peers import may_come, owner_of
+from rig.service.web.access.visitors import Guesses, Visitors
 from rig.service.web.files.bringup import BringUp
 from rig.service.web.files.catalogue import Catalogue
 from rig.service.web.files.diagnoses import Diagnoses
@@ -35,6 +34,7 @@ from rig.service.web.stream.glance import FRESH_S, glance, lost
 from rig.service.web.stream.link import Link
 from rig.service.web.stream.viewers import Viewers
 from rig.service.web.units import units_of
+from rig.service.web.worker import Worker
 
 STATIC: Final = Path(__file__).parent / "static"
 _GLANCE_S: Final = 0.2
@@ -56,9 +56,13 @@ class Site:
         self._orders = orders
         self._feed = _feed(orders)
         self._sweeps = Catalogue("sweep", orders.sweeps)
-        self._visitors, self._guesses, self._desk = Visitors(orders.key, orders.token), Guesses(), Desk()
+        self._visitors, self._guesses, self._command_holder = (
+            Visitors(orders.key, orders.token),
+            Guesses(),
+            CommandHolder(),
+        )
         self._link = Link(orders.socket, self._hear)
-        self._viewers = Viewers(self._desk, self._first, self._link.watched)
+        self._viewers = Viewers(self._command_holder, self._first, self._link.watched)
         self._glance = lost("not heard of the daemon yet")
         self._glanced_s = 0.0
         self.app = Guard(self._routes(), self._visitors, self._guesses, orders.names, local=orders.local)
@@ -78,14 +82,21 @@ class Site:
     def _routes(self) -> Starlette:
         units = units_of(self._orders.rig.channels)
         pages = Pages(self._visitors, self._guesses, self._look, lambda: self._glance, units)
-        actions = Actions(self._link, self._visitors, self._desk, self._sweeps, self._tell_desk, self._viewers.tell)
+        actions = Actions(
+            self._link,
+            self._visitors,
+            self._command_holder,
+            self._sweeps,
+            self._tell_command_holder,
+            self._viewers.tell,
+        )
         records, orders = Records(self._orders.logs), self._orders
-        errands = Errands()
-        library = Library(orders.rig, self._sweeps, records, errands)
+        worker = Worker()
+        library = Library(orders.rig, self._sweeps, records, worker)
         diagnoses = Diagnoses(orders.state / "diagnoses")
         bringup = BringUp(orders.rig, orders.state / "bringup.json")
         models = Catalogue("model", orders.models)
-        studies = Studies(diagnoses, bringup, records, models, errands, lambda: self._glance)
+        studies = Studies(diagnoses, bringup, records, models, worker, lambda: self._glance)
         return Starlette(
             routes=[
                 Route("/", pages.front),
@@ -104,11 +115,11 @@ class Site:
     async def _look(self) -> None:
         """Ask the daemon now, but not for long: what was heard last stands then."""
         with contextlib.suppress(RigError, TimeoutError):
-            self._glance = self._with_desk(glance(await self._link.status()))
+            self._glance = self._with_command_holder(glance(await self._link.status()))
 
     def _hear(self, status: dict[str, Any] | None, why: str) -> None:
         if status is None:
-            self._glance = self._with_desk(lost(why))
+            self._glance = self._with_command_holder(lost(why))
             self._viewers.tell({"kind": "status", **self._glance})
             return
         news = self._feed.add(samples) if (samples := status.get("samples")) else None
@@ -120,22 +131,22 @@ class Site:
         changed = (status["state"], status["held"]) != (self._glance.get("state"), self._glance.get("held"))
         if changed or now_s - self._glanced_s >= _GLANCE_S:
             self._glanced_s = now_s
-            self._glance = self._with_desk(glance(status))
+            self._glance = self._with_command_holder(glance(status))
             self._viewers.tell({"kind": "status", **self._glance})
 
-    def _with_desk(self, shown: dict[str, Any]) -> dict[str, Any]:
-        holder = self._desk.holder
+    def _with_command_holder(self, shown: dict[str, Any]) -> dict[str, Any]:
+        holder = self._command_holder.holder
         return {**shown, "commander": holder.name if holder is not None else None, "viewers": len(self._viewers)}
 
-    def _tell_desk(self) -> None:
-        self._glance = self._with_desk(self._glance)
+    def _tell_command_holder(self) -> None:
+        self._glance = self._with_command_holder(self._glance)
         self._viewers.tell({"kind": "status", **self._glance})
 
     def _first(self) -> list[dict[str, Any]]:
         """What a new viewer has to know."""
         history = {"fine": list(self._feed.fine), "coarse": list(self._feed.coarse)}
         told = {"kind": "hello", "fresh_s": FRESH_S, "simulator": bool(self._feed.simulates), **history}
-        return [told, {"kind": "status", **self._with_desk(self._glance)}]
+        return [told, {"kind": "status", **self._with_command_holder(self._glance)}]
 
 
 def _feed(orders: PageOrders) -> Feed:

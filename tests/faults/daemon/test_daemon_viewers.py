@@ -21,7 +21,7 @@ import pytest
 from rig.log.mcap.schema import SAMPLE_SCHEMA, SAMPLE_TOPIC
 from rig.qualify.faults.bench import FaultBench
 from rig.service.client import Client
-from rig.service.door import protocol
+from rig.service.connections import protocol
 
 pytest_plugins = "support.rigs.daemon_rig"
 

@@ -22,7 +22,7 @@ from rig.errors import RigError
 from rig.log.mcap.collector import LogLine
 from rig.log.mcap.reader import McapLog
 from rig.qualify.faults.bench import FaultBench
-from rig.service.web.door.gate import MOST
+from rig.service.web.access.gate import MOST
 from rig.service.web.host import AGAIN_S
 from rig.service.web.stream.viewers import MOST as MOST_VIEWERS
 

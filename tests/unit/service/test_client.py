@@ -1,4 +1,4 @@
-"""The client at a door that is crowded: an emergency stop is said again until somebody hears it."""
+"""The client of a server that is crowded: an emergency stop is said again until somebody hears it."""
 
 import itertools
 import json
@@ -14,12 +14,12 @@ import pytest
 from rig.errors import RigError
 from rig.service import client
 from rig.service.client import Client
-from rig.service.door import protocol
+from rig.service.connections import protocol
 from rig.service.processes import DISK_PATIENCE_S
 
 
 @contextmanager
-def door(path: Path, sent_away: int, *, keeps_first: bool = True) -> Iterator[list[bytes]]:
+def server(path: Path, sent_away: int, *, keeps_first: bool = True) -> Iterator[list[bytes]]:
     """The first caller is let in and not answered, or sent away; of those after him so many are sent away unheard, the
     next is answered. Yields what was heard."""
     heard: list[bytes] = []
@@ -47,7 +47,7 @@ def door(path: Path, sent_away: int, *, keeps_first: bool = True) -> Iterator[li
 
 @pytest.mark.parametrize("sent_away", [0, 1, 5])
 def test_who_is_crowded_out_says_the_emergency_stop_again(tmp_path: Path, sent_away: int) -> None:
-    with door(tmp_path / "s", sent_away) as heard, Client(tmp_path / "s") as caller:
+    with server(tmp_path / "s", sent_away) as heard, Client(tmp_path / "s") as caller:
         assert caller.estop() == {"words": "safe"}
     assert [json.loads(line)["command"] for line in heard] == ["estop"]
 
@@ -57,7 +57,7 @@ def test_who_is_crowded_out_again_and_again_rests_a_little_longer_each_time(
 ) -> None:
     rests: list[float] = []
     monkeypatch.setattr(time, "sleep", rests.append)
-    with door(tmp_path / "s", 12), Client(tmp_path / "s") as caller:
+    with server(tmp_path / "s", 12), Client(tmp_path / "s") as caller:
         caller.estop()
     assert len(rests) == 12
     assert rests == sorted(rests)
@@ -66,7 +66,7 @@ def test_who_is_crowded_out_again_and_again_rests_a_little_longer_each_time(
 
 
 def test_everything_else_is_not_said_twice(tmp_path: Path) -> None:
-    with door(tmp_path / "s", 0, keeps_first=False), Client(tmp_path / "s") as caller:
+    with server(tmp_path / "s", 0, keeps_first=False), Client(tmp_path / "s") as caller:
         with pytest.raises(RigError, match="the daemon hung up"):
             caller.call("start")
         assert caller.estop() == {"words": "safe"}
@@ -80,7 +80,7 @@ def test_a_reset_bears_with_a_recorder_that_waits_for_its_disk(tmp_path: Path, m
         borne_s.append(value)
         set_timeout(this, value)
 
-    with door(tmp_path / "s", 0, keeps_first=False), Client(tmp_path / "s", timeout_s=7.0) as caller:
+    with server(tmp_path / "s", 0, keeps_first=False), Client(tmp_path / "s", timeout_s=7.0) as caller:
         monkeypatch.setattr(socket.socket, "settimeout", noted)
         with pytest.raises(RigError, match="the daemon hung up"):
             caller.reset()
@@ -100,7 +100,7 @@ def test_a_daemon_that_is_gone_meanwhile_is_said_to_be(tmp_path: Path) -> None:
 
 def test_where_nobody_ever_hears_it_the_caller_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     passed = itertools.count(step=2.0 * client.ESTOP_TIMEOUT_S)
-    with door(tmp_path / "s", 1), Client(tmp_path / "s") as caller:
+    with server(tmp_path / "s", 1), Client(tmp_path / "s") as caller:
         with monkeypatch.context() as clock:
             clock.setattr(time, "monotonic", lambda: next(passed))
             with pytest.raises(RigError, match="the daemon hung up"):

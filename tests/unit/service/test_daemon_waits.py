@@ -13,8 +13,8 @@ import pytest
 
 from rig.app import compose
 from rig.app.supervise import parts_of
+from rig.service.connections import protocol
 from rig.service.daemon import Daemon
-from rig.service.door import protocol
 from rig.service.queue.planner import Planner
 from rig.service.session.session_monitor import SessionMonitor
 from rig.service.settings import DaemonSettings, Web

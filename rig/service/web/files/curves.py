@@ -1,5 +1,5 @@
 """Records and sweeps as curves for the page: thinned out to what a screen can show, peaks kept. Called in the process
-for errands."""
+for what takes long."""
 
 from pathlib import Path
 from typing import Any, Final

@@ -1,6 +1,6 @@
 """What the page's diagnoses say together: gap and causes over the days, where they changed, how they grow.
 
-Called in the process for errands: what it needs is imported there only.
+Called in the process for what takes long: what it needs is imported there only.
 """
 
 from dataclasses import asdict

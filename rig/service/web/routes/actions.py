@@ -10,10 +10,10 @@ from starlette.responses import RedirectResponse, Response
 from starlette.routing import Route
 
 from rig.errors import RigError, StateError
-from rig.service.web.door.bodies import fields, number, text, texts
-from rig.service.web.door.desk import Desk
-from rig.service.web.door.guard import address_of, visitor_of
-from rig.service.web.door.visitors import Visitor, Visitors
+from rig.service.web.access.bodies import fields, number, text, texts
+from rig.service.web.access.command_holder import CommandHolder
+from rig.service.web.access.guard import address_of, visitor_of
+from rig.service.web.access.visitors import Visitor, Visitors
 from rig.service.web.files.catalogue import Catalogue
 from rig.service.web.routes.answer import Answer
 from rig.service.web.stream.link import Link
@@ -31,13 +31,13 @@ class Actions:
         self,
         link: Link,
         visitors: Visitors,
-        desk: Desk,
+        command_holder: CommandHolder,
         sweeps: Catalogue,
-        desk_changed: Callable[[], None],
+        command_holder_changed: Callable[[], None],
         tell: Callable[[dict[str, Any]], None],
     ) -> None:
-        self._link, self._visitors, self._desk, self._sweeps = link, visitors, desk, sweeps
-        self._desk_changed, self._tell = desk_changed, tell
+        self._link, self._visitors, self._command_holder, self._sweeps = link, visitors, command_holder, sweeps
+        self._command_holder_changed, self._tell = command_holder_changed, tell
 
     def routes(self) -> list[Route]:
         """Where each is found; all of them are POST."""
@@ -48,8 +48,8 @@ class Actions:
         routes = [Route(f"/api/{name}", self.command(command), methods=["POST"]) for name, command in commands.items()]
         return [
             Route("/stop", self.stop, methods=["POST"]),
-            Route("/api/command/take", self._of_desk(self._desk.take), methods=["POST"]),
-            Route("/api/command/give-up", self._of_desk(self._desk.give_up), methods=["POST"]),
+            Route("/api/command/take", self._of_command_holder(self._command_holder.take), methods=["POST"]),
+            Route("/api/command/give-up", self._of_command_holder(self._command_holder.give_up), methods=["POST"]),
             *routes,
         ]
 
@@ -72,21 +72,21 @@ class Actions:
         async def handle(request: Request) -> Response:
             given = await fields(request, self._visitors)
             try:
-                self._desk.require(visitor_of(request.scope))
+                self._command_holder.require(visitor_of(request.scope))
                 return Answer({"ok": True, "result": await carry_out(request, given)})
             except RigError as error:
                 return Answer({"ok": False, "error": str(error)}, _CONFLICT)
 
         return handle
 
-    def _of_desk(self, change: Callable[[Visitor], None]) -> Callable[[Request], Awaitable[Response]]:
+    def _of_command_holder(self, change: Callable[[Visitor], None]) -> Callable[[Request], Awaitable[Response]]:
         async def handle(request: Request) -> Response:
             await fields(request, self._visitors)
             try:
                 change(visitor_of(request.scope))
             except StateError as error:
                 return Answer({"ok": False, "error": str(error)}, _CONFLICT)
-            self._desk_changed()
+            self._command_holder_changed()
             return Answer({"ok": True, "result": None})
 
         return handle

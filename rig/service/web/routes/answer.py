@@ -4,7 +4,7 @@ from typing import Any
 
 from starlette.responses import JSONResponse
 
-from rig.service.door import protocol
+from rig.service.connections import protocol
 
 
 class Answer(JSONResponse):

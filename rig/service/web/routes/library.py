@@ -9,11 +9,11 @@ from starlette.routing import Route
 
 from rig.errors import RecordError, RigError
 from rig.rig_config import RigConfig
-from rig.service.web.errands import Errands
 from rig.service.web.files import curves
 from rig.service.web.files.catalogue import Catalogue
 from rig.service.web.files.records import Records, spelt
 from rig.service.web.routes.answer import Answer
+from rig.service.web.worker import Worker
 
 _MISSING: Final = 404
 _UNFIT: Final = 422
@@ -23,8 +23,8 @@ Look = Callable[[Request], Awaitable[Any]]
 class Library:
     """All of it is GET, and changes nothing."""
 
-    def __init__(self, rig: RigConfig, sweeps: Catalogue, records: Records, errands: Errands) -> None:
-        self._rig, self._sweeps, self._records, self._errands = rig, sweeps, records, errands
+    def __init__(self, rig: RigConfig, sweeps: Catalogue, records: Records, worker: Worker) -> None:
+        self._rig, self._sweeps, self._records, self._worker = rig, sweeps, records, worker
 
     def routes(self) -> list[Route]:
         """Where each is found."""
@@ -46,7 +46,7 @@ class Library:
         return {"sweeps": self._sweeps.names}
 
     async def _preview(self, request: Request) -> Any:
-        return await self._errands.run(curves.preview, self._sweeps.path(request.path_params["name"]), self._rig)
+        return await self._worker.run(curves.preview, self._sweeps.path(request.path_params["name"]), self._rig)
 
     async def _sessions(self, _: Request) -> Any:
         return {"sessions": self._records.sessions()}
@@ -54,24 +54,24 @@ class Library:
     async def _session(self, request: Request) -> Any:
         files = self._records.files(request.path_params["session"])
         told = [{"name": spelt(file.name), "bytes": file.stat().st_size} for file in files]
-        facts = await self._errands.run(facts_of_all, files)
+        facts = await self._worker.run(facts_of_all, files)
         return {"records": [each | fact for each, fact in zip(told, facts, strict=True)]}
 
     async def _record(self, request: Request) -> Any:
         path = self._chosen(request)
         try:
-            return await self._errands.run(curves.record, path)
+            return await self._worker.run(curves.record, path)
         except RigError as error:  # an answer too: the file is there, and this is what it is
             return {"problem": str(error).removeprefix(f"{path}: ")}
 
     async def _check(self, request: Request) -> Any:
-        found = await self._errands.run(curves.findings, self._chosen(request))
+        found = await self._worker.run(curves.findings, self._chosen(request))
         return {"ok": not found, "findings": found}
 
     async def _compare(self, request: Request) -> Any:
         chosen = [request.query_params.get(side, "").partition("/") for side in ("a", "b")]
         a, b = (self._records.file(session, name) for session, _, name in chosen)
-        return await self._errands.run(curves.compared, a, b)
+        return await self._worker.run(curves.compared, a, b)
 
     async def _file(self, request: Request) -> Response:
         """The record itself."""
@@ -98,5 +98,5 @@ def answered(look: Look) -> Callable[[Request], Awaitable[Response]]:
 
 
 def facts_of_all(files: list[Any]) -> list[dict[str, Any]]:
-    """Of every record of a session; called in the process for errands."""
+    """Of every record of a session; called in the worker's process."""
     return [curves.facts_of(file) for file in files]

@@ -9,9 +9,9 @@ import jinja2
 from starlette.requests import Request
 from starlette.responses import HTMLResponse, RedirectResponse, Response
 
-from rig.service.web.door.bodies import fields, text
-from rig.service.web.door.guard import address_of, cookie_line, visitor_of
-from rig.service.web.door.visitors import Guesses, Visitors
+from rig.service.web.access.bodies import fields, text
+from rig.service.web.access.guard import address_of, cookie_line, visitor_of
+from rig.service.web.access.visitors import Guesses, Visitors
 from rig.service.web.routes.answer import Answer
 
 _GUESS_S: Final = 0.5

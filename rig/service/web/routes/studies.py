@@ -10,9 +10,8 @@ from starlette.responses import HTMLResponse, Response
 from starlette.routing import Route
 
 from rig.errors import RecordError, StateError
-from rig.service.web.door.bodies import text, texts
-from rig.service.web.door.guard import visitor_of
-from rig.service.web.errands import Errands
+from rig.service.web.access.bodies import text, texts
+from rig.service.web.access.guard import visitor_of
 from rig.service.web.files.bringup import BringUp
 from rig.service.web.files.catalogue import Catalogue
 from rig.service.web.files.diagnoses import REFERENCES, Diagnoses, Question
@@ -22,6 +21,7 @@ from rig.service.web.files.records import Records
 from rig.service.web.routes.actions import Actions
 from rig.service.web.routes.answer import Answer
 from rig.service.web.routes.library import answered
+from rig.service.web.worker import Worker
 
 REPORT_POLICY: Final = (
     "default-src 'none'; style-src 'unsafe-inline'; img-src data:; frame-ancestors 'self'; sandbox allow-same-origin"
@@ -39,11 +39,11 @@ class Studies:
         bringup: BringUp,
         records: Records,
         models: Catalogue,
-        errands: Errands,
+        worker: Worker,
         glance: Callable[[], dict[str, Any]],
     ) -> None:
         self._diagnoses, self._bringup, self._records, self._models = diagnoses, bringup, records, models
-        self._errands, self._glance = errands, glance
+        self._worker, self._glance = worker, glance
 
     def routes(self, actions: Actions) -> list[Route]:
         """Looking is for everybody, asking for who commands: the machine has better things to do."""
@@ -63,7 +63,7 @@ class Studies:
     async def _history(self, request: Request) -> Any:
         asked = request.query_params
         days = self._diagnoses.days(asked.get("model", ""), asked.get("reference", ""))
-        return await self._errands.run(past, days)
+        return await self._worker.run(past, days)
 
     async def _hunts(self, _: Request) -> Any:
         return {"hunts": hunts(self._records.root)}

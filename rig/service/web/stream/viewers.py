@@ -8,8 +8,8 @@ from typing import Any, Final
 
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
-from rig.service.web.door.desk import Desk
-from rig.service.web.door.guard import visitor_of
+from rig.service.web.access.command_holder import CommandHolder
+from rig.service.web.access.guard import visitor_of
 
 MOST: Final = 64
 _WAITING: Final = 100
@@ -20,9 +20,11 @@ _TOO_MANY: Final = 1013  # try again later (RFC 6455, IANA's registry)
 class Viewers:
     """All of them."""
 
-    def __init__(self, desk: Desk, first: Callable[[], list[dict[str, Any]]], watched: Callable[[bool], None]) -> None:
+    def __init__(
+        self, command_holder: CommandHolder, first: Callable[[], list[dict[str, Any]]], watched: Callable[[bool], None]
+    ) -> None:
         """`first` makes what a new viewer is told first; `watched` hears whether there is any."""
-        self._desk, self._first, self._watched = desk, first, watched
+        self._command_holder, self._first, self._watched = command_holder, first, watched
         self._queues: set[asyncio.Queue[str]] = set()
 
     def __len__(self) -> int:
@@ -47,13 +49,13 @@ class Viewers:
         for message in self._first():
             queue.put_nowait(encode(message))
         self._queues.add(queue)
-        self._desk.come(visitor)
+        self._command_holder.come(visitor)
         self._watched(True)
         try:
             await self._both_ways(socket, queue)
         finally:
             self._queues.discard(queue)
-            self._desk.go(visitor)
+            self._command_holder.go(visitor)
             self._watched(bool(self._queues))
 
     async def _both_ways(self, socket: WebSocket, queue: "asyncio.Queue[str]") -> None:

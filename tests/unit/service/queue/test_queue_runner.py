@@ -12,7 +12,7 @@ import pytest
 from rig.app import compose, shipped
 from rig.errors import RigError
 from rig.realtime.commands import Request, program_path
-from rig.service.door.protocol import Code, Refused
+from rig.service.connections.protocol import Code, Refused
 from rig.service.queue import queue_runner
 from rig.service.queue.job_queue import Job, JobState, Queue
 from rig.service.queue.planner import Planner, Published, Summary

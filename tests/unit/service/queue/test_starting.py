@@ -9,7 +9,7 @@ import pytest
 
 from rig.app import compose, shipped
 from rig.realtime.state import State
-from rig.service.door.protocol import Code, Refused
+from rig.service.connections.protocol import Code, Refused
 from rig.service.queue.job_queue import Queue
 from rig.service.queue.planner import Summary
 from rig.service.queue.queue_runner import QueueRunner

@@ -19,7 +19,7 @@ from rig.realtime.ring import Ring, RingWriter
 from rig.realtime.safe_state import Outcome, SafeBlock, SafeReport, SecondPath, Verdict, Writer
 from rig.realtime.state import State
 from rig.sample import Sample
-from rig.service.door.protocol import Refused
+from rig.service.connections.protocol import Refused
 from rig.service.session.process_watch import LOOP_PATIENCE_S, Loss, ProcessWatch
 from rig.service.session.session_monitor import SessionMonitor
 from rig.service.session.telemetry import Telemetry

@@ -20,7 +20,7 @@ from rig.realtime.faults import Fault
 from rig.realtime.ring import Ring
 from rig.realtime.shared import folder, living_owner
 from rig.realtime.state import Event, State
-from rig.service.door.protocol import Refused
+from rig.service.connections.protocol import Refused
 from rig.service.session.session_monitor import SessionMonitor
 
 

@@ -1,4 +1,4 @@
-"""The page as the daemon keeps it: its door, its key, and a daemon without the extra."""
+"""The page as the daemon keeps it: its socket, its key, and a daemon without the extra."""
 
 import asyncio
 import logging

@@ -7,8 +7,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from rig.errors import StateError
-from rig.service.web.door.desk import AWAY_S, Desk
-from rig.service.web.door.visitors import FORGET_S, GUESSES, LASTS_S, Guesses, Visitors
+from rig.service.web.access.command_holder import AWAY_S, CommandHolder
+from rig.service.web.access.visitors import FORGET_S, GUESSES, LASTS_S, Guesses, Visitors
 
 KEY, TOKEN = b"k" * 32, "0123456789abcdef"
 
@@ -100,22 +100,22 @@ def test_many_addresses_together_have_a_limit_too() -> None:
 
 def test_one_commands_until_he_gives_up_or_is_away() -> None:
     clock, visitors = Clock(), Visitors(KEY, "")
-    desk, one, other = Desk(clock), visitors.new(trusted=False), visitors.new(trusted=False)
+    command_holder, one, other = CommandHolder(clock), visitors.new(trusted=False), visitors.new(trusted=False)
     with pytest.raises(StateError, match="take the command first"):
-        desk.require(one)
-    desk.come(one)
-    desk.take(one)
-    desk.require(one)
+        command_holder.require(one)
+    command_holder.come(one)
+    command_holder.take(one)
+    command_holder.require(one)
     with pytest.raises(StateError, match=f"browser {one.name} commands"):
-        desk.take(other)
+        command_holder.take(other)
     clock.now += 100 * AWAY_S
-    assert desk.holder == one  # as long as a page of his is open
-    desk.go(one)
+    assert command_holder.holder == one  # as long as a page of his is open
+    command_holder.go(one)
     clock.now += AWAY_S
-    assert desk.holder == one  # a reload
+    assert command_holder.holder == one  # a reload
     clock.now += 1
-    desk.take(other)
-    desk.give_up(one)
-    assert desk.holder == other
-    desk.give_up(other)
-    assert desk.holder is None
+    command_holder.take(other)
+    command_holder.give_up(one)
+    assert command_holder.holder == other
+    command_holder.give_up(other)
+    assert command_holder.holder is None

@@ -8,12 +8,12 @@ from pathlib import Path
 
 import pytest
 
-from rig.service.web.door.gate import ANSWER_S, REQUEST_S, Hall
-from rig.service.web.door.peers import listed, may_come, owner_of
+from rig.service.web.access.gate import ANSWER_S, REQUEST_S, OpenConnections
+from rig.service.web.access.peers import listed, may_come, owner_of
 
 
 @dataclass(eq=False)
-class Guest:
+class OneConnection:
     busy: bool = False
     gone: bool = False
 
@@ -28,9 +28,9 @@ class Clock:
         return self.now
 
 
-def in_hall(most: int) -> tuple[Hall, Clock]:
+def held(most: int) -> tuple[OpenConnections, Clock]:
     clock = Clock()
-    return Hall(clock, most), clock
+    return OpenConnections(clock, most), clock
 
 
 @pytest.mark.parametrize(("family", "host"), [(socket.AF_INET, "127.0.0.1"), (socket.AF_INET6, "::1")])
@@ -68,30 +68,30 @@ def test_only_the_daemons_user_root_and_the_group_may_come() -> None:
 
 def test_the_longest_idle_gives_way_and_who_is_answered_does_not() -> None:
     async def scene() -> None:
-        hall, _ = in_hall(3)
-        busy, first, second, third = Guest(busy=True), Guest(), Guest(), Guest()
-        assert all(hall.enter(guest) for guest in (busy, first, second))
-        hall.stir(first)
-        assert hall.enter(third)
-        assert [guest.gone for guest in (busy, first, second, third)] == [False, False, True, False]
+        held_open, _ = held(3)
+        busy, first, second, third = OneConnection(busy=True), OneConnection(), OneConnection(), OneConnection()
+        assert all(held_open.enter(one) for one in (busy, first, second))
+        held_open.stir(first)
+        assert held_open.enter(third)
+        assert [one.gone for one in (busy, first, second, third)] == [False, False, True, False]
         first.busy = third.busy = True
-        assert not hall.enter(Guest())
+        assert not held_open.enter(OneConnection())
 
     asyncio.run(scene())
 
 
 def test_who_says_nothing_or_takes_nothing_is_overdue() -> None:
     async def scene() -> None:
-        hall, clock = in_hall(9)
-        silent, deaf = Guest(), Guest(busy=True)
-        hall.enter(silent)
-        hall.enter(deaf)
+        held_open, clock = held(9)
+        silent, deaf = OneConnection(), OneConnection(busy=True)
+        held_open.enter(silent)
+        held_open.enter(deaf)
         clock.now = REQUEST_S
-        assert hall.overdue() == []
+        assert held_open.overdue() == []
         clock.now = REQUEST_S + 0.1
-        assert hall.overdue() == [silent]
-        hall.leave(silent)
+        assert held_open.overdue() == [silent]
+        held_open.leave(silent)
         clock.now = ANSWER_S + 0.1
-        assert hall.overdue() == [deaf]
+        assert held_open.overdue() == [deaf]
 
     asyncio.run(scene())

@@ -15,7 +15,7 @@ import pytest
 from starlette.requests import Request
 
 from rig.app import compose, shipped
-from rig.service.web.door.visitors import COOKIE, GUESSES, Guesses, Visitors
+from rig.service.web.access.visitors import COOKIE, GUESSES, Guesses, Visitors
 from rig.service.web.orders import PageOrders
 from rig.service.web.routes.pages import Pages
 from rig.service.web.site import Site

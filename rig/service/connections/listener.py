@@ -13,13 +13,13 @@ from collections import deque
 from collections.abc import AsyncIterator, Awaitable, Callable
 from typing import Final
 
-from rig.service.door.protocol import MAX_LINE_BYTES
+from rig.service.connections.protocol import MAX_LINE_BYTES
 
 BACKLOG: Final = 128
 _AT_ONCE: Final = 16
 """Looked at in one pass of the event loop."""
-_WAITING: Final = 128
-"""In the hall; one more, and the oldest is sent away."""
+_MOST_WAITING: Final = 128
+"""To be let in; one more, and the oldest is sent away."""
 _LOOKED_AT: Final = 512
 _OUT_OF_DESCRIPTORS_S: Final = 0.1
 _SHARE: Final = 2.0
@@ -54,9 +54,9 @@ class Listener:
     def __init__(self, listening: socket.socket, serve: Serve, ration: Ration, comes_first: ComesFirst) -> None:
         self._listening, self._serve, self._ration, self._comes_first = listening, serve, ration, comes_first
         self._loop = asyncio.get_running_loop()
-        self._hall: deque[socket.socket] = deque()
+        self._waiting: deque[socket.socket] = deque()
         self._came = asyncio.Event()
-        self._ushering = self._loop.create_task(self._usher())
+        self._admitting = self._loop.create_task(self._admit())
         self._tasks: set[asyncio.Task[None]] = set()
         self._retiring = False
         listening.setblocking(False)
@@ -65,20 +65,20 @@ class Listener:
     def close(self) -> None:
         """Let nobody in any more."""
         self._stop_listening()
-        for task in (self._ushering, *self._tasks):
+        for task in (self._admitting, *self._tasks):
             task.cancel()
-        while self._hall:
-            self._leave(self._hall[0]).close()
+        while self._waiting:
+            self._leave(self._waiting[0]).close()
 
     def retire(self) -> None:
-        """Give the socket back, which nobody can find any more, once whoever has called at it is in the hall."""
+        """Give the socket back, which nobody can find any more, once whoever has connected to it waits here."""
         self._retiring = True
         self._accept()
 
     @property
     def over(self) -> bool:
         """Retired, and its last client has gone."""
-        return self._listening.fileno() < 0 and not self._hall and not self._tasks
+        return self._listening.fileno() < 0 and not self._waiting and not self._tasks
 
     def _stop_listening(self) -> None:
         if self._listening.fileno() >= 0:
@@ -99,11 +99,11 @@ class Listener:
             self._receive(client)
 
     def _receive(self, client: socket.socket) -> None:
-        """Into the hall, unless the client has gone or wants an emergency stop; who has said nothing yet is listened to
-        there."""
-        self._hall.append(client)
-        if len(self._hall) > _WAITING:
-            self._leave(self._hall[0]).close()
+        """Let the client wait, unless he has gone or wants an emergency stop; who has said nothing yet is listened to
+        meanwhile."""
+        self._waiting.append(client)
+        if len(self._waiting) > _MOST_WAITING:
+            self._leave(self._waiting[0]).close()
         self._came.set()
         if not self._spoke(client):
             self._loop.add_reader(client, self._spoke, client)
@@ -122,9 +122,9 @@ class Listener:
         return True
 
     def _leave(self, client: socket.socket) -> socket.socket:
-        """Out of the hall, to wherever."""
+        """He waits no longer, whatever becomes of him."""
         self._loop.remove_reader(client)
-        self._hall.remove(client)
+        self._waiting.remove(client)
         return client
 
     def _pause(self) -> None:
@@ -136,24 +136,24 @@ class Listener:
         if self._listening.fileno() >= 0:
             self._loop.add_reader(self._listening, self._accept)
 
-    async def _usher(self) -> None:
+    async def _admit(self) -> None:
         while True:
             await self._came.wait()
             self._came.clear()
-            while self._hall:
+            while self._waiting:
                 async with self._ration.turn():
-                    if self._hall:
-                        await asyncio.shield(self._let_in(self._leave(self._hall[0])))
+                    if self._waiting:
+                        await asyncio.shield(self._let_in(self._leave(self._waiting[0])))
 
     def _let_in(self, client: socket.socket) -> "asyncio.Future[None]":
         """Serve a client; done when it has its streams, not when it has gone."""
-        seated: asyncio.Future[None] = self._loop.create_future()
-        task = self._loop.create_task(self._seat(client, seated))
+        admitted: asyncio.Future[None] = self._loop.create_future()
+        task = self._loop.create_task(self._serve_client(client, admitted))
         self._tasks.add(task)
         task.add_done_callback(self._tasks.discard)
-        return seated
+        return admitted
 
-    async def _seat(self, client: socket.socket, seated: "asyncio.Future[None]") -> None:
+    async def _serve_client(self, client: socket.socket, admitted: "asyncio.Future[None]") -> None:
         reader = asyncio.StreamReader(limit=MAX_LINE_BYTES)
         streams = asyncio.StreamReaderProtocol(reader)
         try:
@@ -162,8 +162,8 @@ class Listener:
             client.close()
             return
         finally:
-            if not seated.done():
-                seated.set_result(None)
+            if not admitted.done():
+                admitted.set_result(None)
         await self._serve(reader, asyncio.StreamWriter(transport, streams, reader, self._loop))
 
 

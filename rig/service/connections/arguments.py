@@ -3,7 +3,7 @@
 import os
 from typing import Any, Final
 
-from rig.service.door.protocol import Code, Refused
+from rig.service.connections.protocol import Code, Refused
 
 LINE_CHARACTERS: Final = 200
 

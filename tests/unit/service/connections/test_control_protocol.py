@@ -10,8 +10,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rig.service.door import protocol
-from rig.service.door.protocol import COMMANDS, Code, Refused
+from rig.service.connections import protocol
+from rig.service.connections.protocol import COMMANDS, Code, Refused
 
 
 def request(**fields: object) -> dict[str, object]:

@@ -1,4 +1,4 @@
-"""At the door of a daemon of real processes: malformed lines, clients that die, crowds, second daemons, traps."""
+"""Clients of a daemon of real processes: malformed lines, clients that die, crowds, second daemons, traps."""
 
 import json
 import os
@@ -18,8 +18,8 @@ from rig.qualify.faults.bench import START_S, FaultBench
 from rig.realtime.shared import KEPT_RING
 from rig.realtime.shared import folder as shared_folder
 from rig.service.client import Client
-from rig.service.door import protocol
-from rig.service.door.control import MAX_CLIENTS
+from rig.service.connections import protocol
+from rig.service.connections.control import MAX_CLIENTS
 
 pytest_plugins = "support.rigs.daemon_rig"
 
@@ -100,9 +100,9 @@ def test_silent_connections_from_the_network_and_a_full_house_leave_the_emergenc
     bench.wait(lambda: client.status()["clients"] == 1, "the crowd to be forgotten")
 
 
-def second_daemon(bench: FaultBench, door: Path, state: Path) -> str:
+def second_daemon(bench: FaultBench, place: Path, state: Path) -> str:
     """What one more daemon says, which is refused."""
-    command = [sys.executable, "-m", "rig.cli.main", "daemon", "--socket", str(door), "--web", "off"]
+    command = [sys.executable, "-m", "rig.cli.main", "daemon", "--socket", str(place), "--web", "off"]
     command += ["--logs", str(bench.folder / "other logs"), "--state", str(state)]
     second = subprocess.run(command, capture_output=True, text=True, timeout=START_S, check=False)
     assert second.returncode == 2

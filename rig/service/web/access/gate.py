@@ -1,4 +1,4 @@
-"""The page's door: who may connect, how many, and how long one may say nothing. Below HTTP, before anything is read."""
+"""Connections to the page: who may connect, how many, how long one may say nothing. Below HTTP, before any is read."""
 
 import asyncio
 from collections.abc import Callable
@@ -18,7 +18,7 @@ Admits = Callable[[tuple[Any, ...], tuple[Any, ...]], str]
 """Why the peer at the first address may not come to the second; empty when he may."""
 
 
-class Hall:
+class OpenConnections:
     """Every connection that is not a viewer's socket, with the time since when it idles."""
 
     def __init__(self, clock: Callable[[], float], most: int = MOST) -> None:
@@ -26,7 +26,7 @@ class Hall:
         self._since: dict[Any, float] = {}
         self._sweeping: asyncio.Task[None] | None = None
 
-    def enter(self, guest: Any) -> bool:
+    def enter(self, connection: Any) -> bool:
         """Whether there is a place, which the longest idle may have to give up."""
         if self._sweeping is None:
             self._sweeping = asyncio.get_running_loop().create_task(self._sweep())
@@ -36,36 +36,36 @@ class Hall:
                 return False
             self.leave(idle)
             idle.hang_up()
-        self._since[guest] = self._clock()
+        self._since[connection] = self._clock()
         return True
 
-    def leave(self, guest: Any) -> None:
-        """The guest has gone, or became a viewer."""
-        self._since.pop(guest, None)
+    def leave(self, connection: Any) -> None:
+        """The connection has gone, or became a viewer."""
+        self._since.pop(connection, None)
 
-    def stir(self, guest: Any) -> None:
-        """The guest begins or ends a request: he is the latest again."""
-        if self._since.pop(guest, None) is not None:
-            self._since[guest] = self._clock()
+    def stir(self, connection: Any) -> None:
+        """The connection begins or ends a request: it is the latest again."""
+        if self._since.pop(connection, None) is not None:
+            self._since[connection] = self._clock()
 
     def overdue(self) -> list[Any]:
         """Who has been idle, or busy, for too long."""
         now = self._clock()
-        return [guest for guest, since in self._since.items() if now - since > (ANSWER_S if guest.busy else REQUEST_S)]
+        return [one for one, since in self._since.items() if now - since > (ANSWER_S if one.busy else REQUEST_S)]
 
     async def _sweep(self) -> None:
         while True:
             await asyncio.sleep(_SWEEP_S)
-            for guest in self.overdue():
-                self.leave(guest)
-                guest.hang_up()
+            for connection in self.overdue():
+                self.leave(connection)
+                connection.hang_up()
 
 
 class Gate(H11Protocol):
-    """One connection. `admits` and `hall` come from `gate`."""
+    """One connection. `admits` and `open_connections` come from `gate`."""
 
     admits: Admits
-    hall: Hall
+    open_connections: OpenConnections
 
     def connection_made(self, transport: Any) -> None:
         """Let in who may come and finds a place."""
@@ -76,12 +76,12 @@ class Gate(H11Protocol):
             head = "HTTP/1.1 403 Forbidden\r\nContent-Type: text/plain; charset=utf-8\r\nConnection: close\r\n"
             transport.write(f"{head}Content-Length: {len(body)}\r\n\r\n".encode() + body)
             transport.close()
-        elif not self.hall.enter(self):
+        elif not self.open_connections.enter(self):
             transport.abort()
 
     def connection_lost(self, exc: Exception | None) -> None:
         """Give the place back."""
-        self.hall.leave(self)
+        self.open_connections.leave(self)
         super().connection_lost(exc)
 
     def handle_events(self) -> None:
@@ -89,16 +89,16 @@ class Gate(H11Protocol):
         before = self.busy
         super().handle_events()
         if self.busy and not before:
-            self.hall.stir(self)
+            self.open_connections.stir(self)
 
     def on_response_complete(self) -> None:
         """The next request has its own time."""
-        self.hall.stir(self)
+        self.open_connections.stir(self)
         super().on_response_complete()
 
     def handle_websocket_upgrade(self, event: Any) -> None:
         """From now on a viewer, who is counted elsewhere."""
-        self.hall.leave(self)
+        self.open_connections.leave(self)
         super().handle_websocket_upgrade(event)
 
     @property
@@ -114,5 +114,5 @@ class Gate(H11Protocol):
 
 def gate(admits: Admits) -> type[Gate]:
     """The protocol class of a server that lets in whom `admits` does not refuse."""
-    hall = Hall(lambda: asyncio.get_running_loop().time())
-    return type("PageGate", (Gate,), {"admits": staticmethod(admits), "hall": hall})
+    open_connections = OpenConnections(lambda: asyncio.get_running_loop().time())
+    return type("PageGate", (Gate,), {"admits": staticmethod(admits), "open_connections": open_connections})

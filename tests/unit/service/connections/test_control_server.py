@@ -15,9 +15,9 @@ import pytest
 from support.control_server import ask, handle, with_server
 
 from rig.errors import ConfigError, StateError
-from rig.service.door import connection, protocol
-from rig.service.door.control import MAX_CLIENTS, MAX_VIEWERS, Server
-from rig.service.door.protocol import Request
+from rig.service.connections import connection, protocol
+from rig.service.connections.control import MAX_CLIENTS, MAX_VIEWERS, Server
+from rig.service.connections.protocol import Request
 
 Streams = tuple[asyncio.StreamReader, asyncio.StreamWriter]
 TOKEN = "0123456789abcdef"

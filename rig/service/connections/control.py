@@ -19,10 +19,10 @@ from pathlib import Path
 from typing import Any, Final, NamedTuple
 
 from rig.errors import ConfigError, StateError
-from rig.service.door import places, protocol
-from rig.service.door.connection import Connection
-from rig.service.door.listener import BACKLOG, Listener, Ration
-from rig.service.door.protocol import Refused, Request
+from rig.service.connections import places, protocol
+from rig.service.connections.connection import Connection
+from rig.service.connections.listener import BACKLOG, Listener, Ration
+from rig.service.connections.protocol import Refused, Request
 
 MAX_CLIENTS: Final = 64
 """On the Unix socket."""
@@ -38,7 +38,7 @@ Handler = Callable[[Request], Awaitable[Any]]
 Snapshot = Callable[[int | None], dict[str, Any]]
 
 
-class _Door(NamedTuple):
+class _BoundSocket(NamedTuple):
     """The Unix socket by which clients come."""
 
     path: Path
@@ -67,7 +67,7 @@ class Server:
         self._viewers: set[Connection] = set()
         self._heard_once: deque[asyncio.Task[Any]] = deque()
         self._group = ""
-        self._door: _Door | None = None
+        self._bound: _BoundSocket | None = None
         self._token = b""
         self._tasks: set[asyncio.Task[Any]] = set()
         self.dropped_events = 0
@@ -96,9 +96,9 @@ class Server:
             raise StateError(f"{path}: cannot be made: {error.strerror}") from None
         fresh = Listener(listening, self._serve_local, self._ration, self._stopped_at_once)
         self._listeners.append(fresh)
-        if self._door is not None:
-            self._door.listener.retire()
-        self._door = _Door(path, made, fresh)
+        if self._bound is not None:
+            self._bound.listener.retire()
+        self._bound = _BoundSocket(path, made, fresh)
         if self._group:
             _give_to(path, self._group)
 
@@ -108,10 +108,10 @@ class Server:
         for listener in [each for each in self._listeners if each.over]:
             listener.close()
             self._listeners.remove(listener)
-        if self._door is None or self._door.is_found:
+        if self._bound is None or self._bound.is_found:
             return False
-        _make_folder(self._door.path)
-        self._open(self._door.path)
+        _make_folder(self._bound.path)
+        self._open(self._bound.path)
         return True
 
     async def listen_for_viewers(self, host: str, port: int, token: str) -> int:
@@ -134,9 +134,9 @@ class Server:
         for task in list(self._tasks):
             task.cancel()
         await asyncio.gather(*self._tasks, return_exceptions=True)
-        if self._door is not None and self._door.is_found:
-            self._door.path.unlink(missing_ok=True)
-        self._door = None
+        if self._bound is not None and self._bound.is_found:
+            self._bound.path.unlink(missing_ok=True)
+        self._bound = None
         if self._lock is not None:
             os.close(self._lock)
             self._lock = None

@@ -11,8 +11,8 @@ import pytest
 from support.control_server import ask, with_server
 
 from rig.errors import StateError
-from rig.service.door import protocol
-from rig.service.door.control import Server
+from rig.service.connections import protocol
+from rig.service.connections.control import Server
 
 
 def test_a_socket_that_somebody_removed_is_made_again(tmp_path: Path) -> None:

@@ -13,7 +13,7 @@ import pytest
 
 from rig.errors import RigError, StateError
 from rig.service.client import Client
-from rig.service.door import places
+from rig.service.connections import places
 from rig.service.settings import make_folder
 
 

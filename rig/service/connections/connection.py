@@ -11,8 +11,8 @@ from collections.abc import Coroutine
 from typing import Any, Final, Protocol
 
 from rig.errors import RigError
-from rig.service.door import protocol
-from rig.service.door.protocol import COMMANDS, Code, Refused, Request
+from rig.service.connections import protocol
+from rig.service.connections.protocol import COMMANDS, Code, Refused, Request
 
 RATE_PER_S: Final = 200
 MAX_PENDING_BYTES: Final = 256 * 1024
@@ -26,7 +26,7 @@ _SUBSCRIBE_HZ: Final = (0.1, 50.0)
 _LOG = logging.getLogger("pamrig")
 
 
-class Desk(Protocol):
+class ServerSide(Protocol):
     """What a connection needs of its server."""
 
     dropped_events: int
@@ -47,8 +47,10 @@ class Desk(Protocol):
 class Connection:
     """One client."""
 
-    def __init__(self, desk: Desk, reader: asyncio.StreamReader, writer: asyncio.StreamWriter, viewer: bool) -> None:
-        self._desk, self._reader, self._writer, self._viewer = desk, reader, writer, viewer
+    def __init__(
+        self, server: ServerSide, reader: asyncio.StreamReader, writer: asyncio.StreamWriter, viewer: bool
+    ) -> None:
+        self._server, self._reader, self._writer, self._viewer = server, reader, writer, viewer
         self._subscription: asyncio.Task[None] | None = None
         self._dropped = 0
         self._known = not viewer
@@ -129,14 +131,14 @@ class Connection:
     async def _result(self, line: bytes) -> tuple[int | str | None, Any]:
         """All but an emergency stop waits for its turn, and what only looks is done in it."""
         if protocol.may_be_an_estop(line) and (request := self._read(line)).command == "estop":
-            return request.id, await self._desk.handle(request)
-        async with self._desk.turn():
+            return request.id, await self._server.handle(request)
+        async with self._server.turn():
             request = self._read(line)
             if COMMANDS[request.command].looking:
                 return request.id, await self._look(request)
         if request.command == "start":
-            return request.id, await self._while_there(self._desk.handle(request))
-        return request.id, await self._desk.handle(request)
+            return request.id, await self._while_there(self._server.handle(request))
+        return request.id, await self._server.handle(request)
 
     async def _while_there(self, work: Coroutine[Any, Any, Any]) -> Any:
         """What may take a minute is given up when the client has gone: what he asked for is not to move the rig then.
@@ -181,12 +183,12 @@ class Connection:
         return request
 
     async def _look(self, request: Request) -> Any:
-        return self._subscribe(request) if request.command == "subscribe" else await self._desk.handle(request)
+        return self._subscribe(request) if request.command == "subscribe" else await self._server.handle(request)
 
     def _check_allowed(self, request: Request, token: object) -> None:
         if not self._viewer:
             return
-        if not self._desk.token_fits(token):
+        if not self._server.token_fits(token):
             self._known = False
             raise Refused(Code.NOT_ALLOWED, "the token is missing or wrong")
         self._known = True
@@ -225,13 +227,13 @@ class Connection:
                     self._writer.transport.abort()
                 else:
                     self._dropped += 1
-                    self._desk.dropped_events += 1
+                    self._server.dropped_events += 1
                 await asyncio.sleep(period_s)
 
     async def _send_status(self, cursor: int | None) -> int | None:
         """One event; returns where the next begins."""
-        async with self._desk.turn():
-            status = self._desk.snapshot(cursor)
+        async with self._server.turn():
+            status = self._server.snapshot(cursor)
             cursor = status.pop("cursor", cursor)
             self._writer.write(protocol.encode({"event": "status", "dropped": self._dropped, "status": status}))
         return cursor

@@ -14,7 +14,7 @@ from starlette.datastructures import Headers, MutableHeaders
 from starlette.responses import PlainTextResponse, RedirectResponse, Response
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-from rig.service.web.door.visitors import COOKIE, LASTS_S, Guesses, Visitor, Visitors
+from rig.service.web.access.visitors import COOKIE, LASTS_S, Guesses, Visitor, Visitors
 
 POLICY: Final = (
     "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data:; connect-src 'self'; "

@@ -9,8 +9,8 @@ from urllib.parse import parse_qsl
 from starlette.exceptions import HTTPException
 from starlette.requests import ClientDisconnect, Request
 
-from rig.service.web.door.guard import visitor_of
-from rig.service.web.door.visitors import Visitors
+from rig.service.web.access.guard import visitor_of
+from rig.service.web.access.visitors import Visitors
 
 MOST_BYTES: Final = 16 * 1024
 PATIENCE_S: Final = 5.0

@@ -6,13 +6,13 @@ from collections.abc import Callable
 from typing import Final
 
 from rig.errors import StateError
-from rig.service.web.door.visitors import Visitor
+from rig.service.web.access.visitors import Visitor
 
 AWAY_S: Final = 10.0
 """Who has had no page open for so long has left the command to whoever wants it."""
 
 
-class Desk:
+class CommandHolder:
     """Who commands. Everybody may stop, whatever is said here."""
 
     def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:

@@ -1,7 +1,7 @@
 """A process of the page's own for what takes long: reading records, expanding sweeps. The page itself answers to Stop
 meanwhile.
 
-One errand at a time; what too many ask for at once is refused.
+One piece of work at a time; what too many ask for at once is refused.
 """
 
 import asyncio
@@ -18,14 +18,14 @@ _WAITING: Final = 16
 _MEMORY_BYTES: Final = 4 * 1024**3
 
 
-class Errands:
+class Worker:
     """Started when it is first needed."""
 
     def __init__(self, patience_s: float = PATIENCE_S) -> None:
         self._patience_s = patience_s
         self._turn = asyncio.Lock()
         self._waiting = 0
-        self._helper = HelperProcess(serve, (), "pamrig-errands")
+        self._helper = HelperProcess(serve, (), "pamrig-page-worker")
 
     async def run(self, what: Callable[..., T], *arguments: Any) -> T:
         """Call a function of a module there; RigError when it raises one, takes too long, or dies."""
