@@ -198,7 +198,7 @@ class Odds:
     """What is thought beforehand of each factor beside a reference, against each single effect, in nats."""
 
     none: float = 6.0
-    """Nothing; fitted on cases of development, by `pamrig gap check odds`. Less: more false alarms, smaller effects
+    """Nothing; fitted on cases of development, by `pamrig gap study odds`. Less: more false alarms, smaller effects
     seen."""
     unknown: float = -4.0
     """Something that is not in the library. Less: what nobody knows is called by a name."""
@@ -258,7 +258,7 @@ class Prior:
 @dataclass(frozen=True)
 class Spread:
     """How unsure it is what is left of a gap on further records (`rig.gap.answer.how_far.further`); fitted on cases of
-    development, by `pamrig gap check further`."""
+    development, by `pamrig gap study further`."""
 
     floor: float
     """Share of the floor's mean square. More: wider where gaps are small."""
@@ -274,7 +274,7 @@ class Spread:
 @dataclass(frozen=True)
 class Reach:
     """How far a fitted size may be off (`rig.gap.answer.how_far.size_intervals`); fitted on cases of development, by
-    `pamrig gap check further`."""
+    `pamrig gap study further`."""
 
     law: float = 0.0
     """Share of a law's usual error (`Prior.laws`) that a size may miss. More: wider for rough laws."""

@@ -1,4 +1,4 @@
-"""`pamrig gap check`: the blind check, as a whole or in its three steps."""
+"""`pamrig gap check`: the blind check, as a whole or in its three steps, and scored checks together."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -14,12 +14,9 @@ from rig.cli.gap.check_options import (
     drawn_options,
     experiments_option,
     folder_argument,
-    html_option,
-    path_type,
     records_option,
 )
-from rig.cli.gap.check_studies import absorbed, further, odds, sensitivity, sizes
-from rig.cli.gap.options import workers_option
+from rig.cli.gap.options import html_option, path_type, workers_option
 from rig.cli.outputs import Group, Output, options_behind_the_step, output_option
 from rig.outputs import Kind
 
@@ -57,7 +54,7 @@ def check(
     import time
     from functools import partial
 
-    from rig.app.gap.check.blind_checking import new_folder, spread
+    from rig.app.gap.blind_checking import new_folder, spread
     from rig.blind_check.check import make_answer_score, result_of
     from rig.blind_check.folder import CheckFolder
     from rig.blind_check.generate import units
@@ -69,10 +66,6 @@ def check(
     _report(folder, result_of(folder) | {"seconds_of_this_run": time.monotonic() - begun}, html_to, json_to)
 
 
-for _command in (absorbed, further, odds, sensitivity, sizes):
-    check.add_command(_command)
-
-
 @check.command(short_help="Draw and seal the labels, and write the questions.")
 @folder_argument
 @drawn_options
@@ -81,7 +74,7 @@ def make(folder: Path, drawn: Drawn) -> None:
 
     Whoever answers gets sealed.json and the folder questions; labels and key stay in the folder maker.
     """
-    from rig.app.gap.check.blind_checking import spread
+    from rig.app.gap.blind_checking import spread
     from rig.blind_check.folder import CheckFolder
     from rig.blind_check.generate import make_unit, units
 
@@ -102,7 +95,7 @@ def answer(folder: Path, dask: str | None, workers: int | None) -> None:
     """
     from functools import partial
 
-    from rig.app.gap.check.blind_checking import questions_in, spread
+    from rig.app.gap.blind_checking import questions_in, spread
     from rig.blind_check.check import CHUNK, answer_chunk
     from rig.blind_check.folder import CheckFolder
 
@@ -136,7 +129,7 @@ def score(
     """Open the labels of FOLDER and score its answers; recommended experiments are carried out first."""
     from functools import partial
 
-    from rig.app.gap.check.blind_checking import source_and_modes, spread
+    from rig.app.gap.blind_checking import source_and_modes, spread
     from rig.blind_check.check import result_of, score_unit
     from rig.blind_check.folder import CheckFolder
     from rig.blind_check.generate import units
@@ -194,7 +187,7 @@ def compare(first: Path, other: Path, html_to: Path | None, json_to: str | None)
 
 def _sealed(folder: "CheckFolder", drawn: Drawn, json_to: str | None) -> "Source":
     """The generator of the cases; the hash of their labels is printed before anything is computed."""
-    from rig.app.gap.check.blind_checking import seal, source_and_modes
+    from rig.app.gap.blind_checking import seal, source_and_modes
 
     source, modes = source_and_modes(drawn.records, drawn.development, drawn.families, drawn.modes, drawn.sweep)
     sha256 = seal(source, folder, drawn.cases, drawn.seed, modes, not drawn.no_angle, drawn.priors)

@@ -9,13 +9,8 @@ from typing import Any
 import click
 
 from rig.blind_check.modes import GROUPS, ROUNDS
-from rig.cli.common import family_option
-from rig.cli.gap.options import workers_option
-from rig.cli.outputs import Output
-from rig.outputs import Kind
+from rig.cli.gap.options import families_option, path_type, workers_option
 
-path_type = click.Path(path_type=Path, resolve_path=True)
-"""Made absolute here: whoever answers works in another folder than the caller."""
 folder_argument = click.argument("folder", type=path_type)
 _cases = click.option("--cases", type=click.IntRange(4, 100_000), default=40, show_default=True, help="How many cases.")
 _seed = click.option(
@@ -24,7 +19,6 @@ _seed = click.option(
 development_option = click.option(
     "--development", is_flag=True, help="Development cases: never the same as any scored ones."
 )
-families_option = family_option("Plants of this family only. Repeatable.")
 records_option = click.option(
     "--records",
     type=path_type,
@@ -62,9 +56,6 @@ _sweep = click.option(
     type=click.Path(path_type=Path),
     metavar="SWEEP.yaml",
     help="Record every day under this session, in place of excitations drawn for each unit.",
-)
-html_option = click.option(
-    "--html", "html_to", type=Output(Kind.PAGE), metavar="FILE", help="Write the page to FILE; a .md gets its tables."
 )
 
 

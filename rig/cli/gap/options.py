@@ -1,5 +1,5 @@
-"""Options that several commands of `pamrig gap` have: what stands for the rig without a gap, how it is seen, and
-who works on it."""
+"""Options that several commands of `pamrig gap` have: what stands for the rig without a gap, how it is seen, on
+which plants, where the page goes, and who works on it."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -7,11 +7,19 @@ from typing import Final
 
 import click
 
-from rig.cli.common import F
+from rig.cli.common import F, family_option
+from rig.cli.outputs import Output
+from rig.outputs import Kind
 
 _AS_DIAGNOSED: Final = "What stands for the rig without a gap, as in `pamrig gap diagnose`."
 
 workers_option = click.option("--workers", type=click.IntRange(1), help="Local processes; default: one a core.")
+path_type = click.Path(path_type=Path, resolve_path=True)
+"""Made absolute here: whoever answers works in another folder than the caller."""
+families_option = family_option("Plants of this family only. Repeatable.")
+html_option = click.option(
+    "--html", "html_to", type=Output(Kind.PAGE), metavar="FILE", help="Write the page to FILE; a .md gets its tables."
+)
 
 
 def baseline_option(text: str) -> Callable[[F], F]:

@@ -12,7 +12,7 @@ from support.records.short_session import short_session
 
 from hil.reference.cases import Purpose
 from hil.reference.source import PhysicsSource
-from rig.app.gap.check.blind_checking import source_of
+from rig.app.gap.blind_checking import source_of
 from rig.blind_check.answer import answer_cases
 from rig.blind_check.check import score_unit
 from rig.blind_check.experiments import told_by_experiments

@@ -7,7 +7,7 @@ import pytest
 from click.testing import CliRunner
 from support.plants.gap_rigs import session
 
-from rig.app.gap.check.blind_checking import source_and_modes
+from rig.app.gap.blind_checking import source_and_modes
 from rig.blind_check.put_in import PUT_IN, lagging, late
 from rig.blind_check.real_source import RATIOS, RecordsSource
 from rig.blind_check.source import Label

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from rig.app.gap.check.absorbed import Absorbed, table
+from rig.app.gap.study.absorbed import Absorbed, table
 from rig.blind_check.check import result_from
 from rig.blind_check.folder import write_json
 from rig.blind_check.follow_up import commands_of

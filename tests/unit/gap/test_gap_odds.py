@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from rig.app.gap.check.odds import with_odds
+from rig.app.gap.study.odds import with_odds
 from rig.blind_check.folder import CheckFolder
-from rig.cli.gap.check_studies import odds
+from rig.cli.gap.study import odds
 from rig.errors import RecordError
 from rig.gap.odds import Judgement, Truth, fit_odds, log_likelihood
 from rig.gap.settings import Odds, fitted
@@ -122,7 +122,7 @@ def test_where_healthy_rigs_got_a_finding_nothing_is_likelier_afterwards(tmp_pat
     assert levels.levels["session"].odds.none > shipped.levels["session"].odds.none + 0.5
     assert {**levels.levels, "session": shipped.levels["session"]} == shipped.levels
     made = levels.provenance.parts["levels.session.odds"]
-    assert (made.command, made.seeds, made.families) == ("pamrig gap check odds check", [], ["fluidic"])
+    assert (made.command, made.seeds, made.families) == ("pamrig gap study odds check", [], ["fluidic"])
     assert made.fitted_on == "60 cases"
     assert levels.provenance == shipped.provenance.renewed({"levels.session.odds": made}), "of its own part alone"
     output = tmp_path / "levels.yaml"

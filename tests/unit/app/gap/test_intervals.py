@@ -1,4 +1,4 @@
-"""`pamrig gap check further`: what is read of a check's cases, and what is not."""
+"""`pamrig gap study further`: what is read of a check's cases, and what is not."""
 
 from pathlib import Path
 from typing import Any
@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from rig.app.gap.check.fitted_checks import checks_of
-from rig.app.gap.check.intervals import LEAST_CASES, with_intervals
+from rig.app.gap.study.fitted_checks import checks_of
+from rig.app.gap.study.intervals import LEAST_CASES, with_intervals
 from rig.blind_check.folder import CheckFolder, write_json, write_truth
 from rig.blind_check.row import CaseKind, Row, Scored
 from rig.errors import RecordError
@@ -63,7 +63,7 @@ def test_where_they_come_from_is_said_of_intervals_alone(checked: CheckFolder) -
     shipped = fitted()
     found = with_intervals(shipped, [checked], ["fluidic"])
     made = found.provenance.parts["further"]
-    assert made.command == f"pamrig gap check further {checked.root.name} --leave-out fluidic"
+    assert made.command == f"pamrig gap study further {checked.root.name} --leave-out fluidic"
     assert found.provenance == shipped.provenance.renewed({"further": made, "reaches.described": made})
 
 

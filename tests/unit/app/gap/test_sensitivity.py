@@ -5,9 +5,9 @@ from pathlib import Path
 
 import pytest
 
-from rig.app.gap.check import sensitivity
-from rig.app.gap.check.sensitivity import Answer, Asked, Moved, Number, deciding, moved_priors, numbers
-from rig.app.gap.check.sensitivity_page import as_markdown
+from rig.app.gap.study import sensitivity
+from rig.app.gap.study.sensitivity import Answer, Asked, Moved, Number, deciding, moved_priors, numbers
+from rig.app.gap.study.sensitivity_page import as_markdown
 from rig.gap import settings
 from rig.gap.answer.facts import Verdict
 from rig.gap.reference import expectation

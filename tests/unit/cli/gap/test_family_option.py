@@ -41,7 +41,7 @@ def test_the_choice_is_the_families(called: str) -> None:
 
 def test_it_is_asked_in_every_command_that_has_plants() -> None:
     named = {called.partition(" --")[0] for called in ASKED}
-    assert {"simulate", "gap calibrate", "gap design", "gap check", "gap check odds", "gap check sizes"} <= named
+    assert {"simulate", "gap calibrate", "gap design", "gap check", "gap study odds", "gap study sizes"} <= named
 
 
 @pytest.mark.parametrize(

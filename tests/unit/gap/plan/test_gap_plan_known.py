@@ -11,8 +11,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from support.plants.gap_rigs import model, session
 
-from rig.app.gap.check.smallest_sizes import REACH, Found, rows_of, sizes_page, threshold
 from rig.app.gap.known_rigs import known_of
+from rig.app.gap.study.smallest_sizes import REACH, Found, rows_of, sizes_page, threshold
 from rig.errors import RigError
 from rig.excite.experiment import Entry, Timing
 from rig.excite.signals import Sine

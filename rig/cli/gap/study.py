@@ -1,5 +1,5 @@
-"""Commands of `pamrig gap check` that measure the method itself on simulated plants: sizes, absorbed, sensitivity; and
-further and odds, which fit to checks of development cases."""
+"""`pamrig gap study`: what builders of the diagnosis ask of it. Its own numbers on simulated plants (sizes, absorbed,
+sensitivity), and what is fitted to scored checks of development cases (odds, further)."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -8,13 +8,20 @@ import click
 
 from rig.app.terminal import console
 from rig.cli.common import emit, json_option, left_out_option
-from rig.cli.gap.check_options import families_option, html_option, path_type
-from rig.cli.gap.options import workers_option
-from rig.cli.outputs import Command, Output, output_option
+from rig.cli.gap.options import families_option, html_option, path_type, workers_option
+from rig.cli.outputs import Group, Output, output_option
 from rig.outputs import Kind
 
 
-@click.command(cls=Command, short_help="Smallest sizes, predicted and found.")
+@click.group(cls=Group, short_help="Studies of the diagnosis itself, for who builds on it.")
+def study() -> None:
+    """What the diagnosis is worth, number by number, and what is fitted to its own checks.
+
+    Nothing here diagnoses a rig or draws a blind check; `pamrig gap check` does that.
+    """
+
+
+@study.command(short_help="Smallest sizes, predicted and found.")
 @families_option
 @click.option("--units", type=click.IntRange(1), default=1, show_default=True, help="Units of each family.")
 @click.option("--seed", type=click.IntRange(0), default=440001, show_default=True, help="Number of the first unit.")
@@ -39,15 +46,15 @@ def sizes(
     from dataclasses import asdict
     from datetime import date
 
-    from rig.app.gap.check.smallest_sizes import compare_sizes, rows_of, sizes_page
     from rig.app.gap.levels import known_families
+    from rig.app.gap.study.smallest_sizes import compare_sizes, rows_of, sizes_page
     from rig.app.terminal import progress
     from rig.outputs import write_text
 
     known = known_families(families)
     with progress("units", units * len(known)) as update:
         found = compare_sizes(known, seed, units, reference, workers, lambda done: update(done, f"{done} units"))
-    asked = f"Written by `pamrig gap check sizes` on {date.today().isoformat()}: {units} unit(s) of {', '.join(known)}."
+    asked = f"Written by `pamrig gap study sizes` on {date.today().isoformat()}: {units} unit(s) of {', '.join(known)}."
     page = sizes_page(rows_of(found), reference, asked)
     if html_to is not None:
         write_text(html_to, page, Kind.PAGE)
@@ -55,7 +62,7 @@ def sizes(
     emit({"reference": reference, "found": [asdict(one) for one in found]}, json_to)
 
 
-@click.command(cls=Command, short_help="What fitting the simulator again absorbs.")
+@study.command(short_help="What fitting the simulator again absorbs.")
 @click.option("--units", type=click.IntRange(1), default=2, show_default=True, help="Units of each family.")
 @click.option("--seed", type=click.IntRange(0), default=401, show_default=True, help="Seed of the development units.")
 @workers_option
@@ -68,8 +75,8 @@ def absorbed(units: int, seed: int, workers: int | None, json_to: str | None) ->
     """
     from rich.table import Table
 
-    from rig.app.gap.check.absorbed import absorbed_shares, table
     from rig.app.gap.levels import known_families
+    from rig.app.gap.study.absorbed import absorbed_shares, table
     from rig.app.terminal import progress
     from rig.blind_check.score import ABSORBED
     from rig.gap.answer.facts import ABSORBED_SHARE
@@ -85,7 +92,7 @@ def absorbed(units: int, seed: int, workers: int | None, json_to: str | None) ->
     emit({"seed": seed, "from": ABSORBED_SHARE, "effects": effects, "declared": sorted(ABSORBED)}, json_to)
 
 
-@click.command(cls=Command, short_help="Halve and double each number that decides.")
+@study.command(short_help="Halve and double each number that decides.")
 @click.option("--cases", type=click.IntRange(1), default=8, show_default=True, help="Development cases a family.")
 @click.option("--seed", type=click.IntRange(0), default=402, show_default=True, help="Seed of the development cases.")
 @families_option
@@ -101,9 +108,9 @@ def sensitivity(
     """
     from dataclasses import asdict
 
-    from rig.app.gap.check import sensitivity as numbers
-    from rig.app.gap.check.sensitivity_page import as_markdown
     from rig.app.gap.levels import known_families
+    from rig.app.gap.study import sensitivity as numbers
+    from rig.app.gap.study.sensitivity_page import as_markdown
     from rig.app.terminal import progress
     from rig.outputs import write_text
 
@@ -139,7 +146,7 @@ def _fitted_on_checks(command: Callable[..., None]) -> Callable[..., None]:
     return command
 
 
-@click.command(cls=Command, short_help="Fit intervals of sizes, and of what is left of a gap.")
+@study.command(short_help="Fit intervals of sizes, and of what is left of a gap.")
 @_fitted_on_checks
 def further(
     folders: tuple[Path, ...], priors: Path | None, left_out: tuple[str, ...], output: Path, json_to: str | None
@@ -149,9 +156,9 @@ def further(
 
     The checks must have been answered by the same priors: those shipped, or of --priors.
     """
-    from rig.app.gap.check.fitted_checks import checks_of
-    from rig.app.gap.check.intervals import with_intervals
     from rig.app.gap.levels import known_families, write
+    from rig.app.gap.study.fitted_checks import checks_of
+    from rig.app.gap.study.intervals import with_intervals
     from rig.config import unstructure
     from rig.gap.settings import fitted
 
@@ -171,7 +178,7 @@ def further(
     emit(unstructure(found.further) | {"sizes": unstructure(found.reaches)}, json_to)
 
 
-@click.command(cls=Command, short_help="Fit the prior odds of no cause, unknown ones, and two together.")
+@study.command(short_help="Fit the prior odds of no cause, unknown ones, and two together.")
 @_fitted_on_checks
 def odds(
     folders: tuple[Path, ...], priors: Path | None, left_out: tuple[str, ...], output: Path, json_to: str | None
@@ -181,9 +188,9 @@ def odds(
 
     The checks must have been answered by the same odds: those shipped, or of --priors.
     """
-    from rig.app.gap.check.fitted_checks import checks_of
-    from rig.app.gap.check.odds import with_odds
     from rig.app.gap.levels import known_families, write
+    from rig.app.gap.study.fitted_checks import checks_of
+    from rig.app.gap.study.odds import with_odds
     from rig.config import unstructure
     from rig.gap.settings import fitted
 

@@ -1,4 +1,4 @@
-"""What `pamrig gap check odds` does: the prior odds of no cause, of something unknown, and of both factors together,
+"""What `pamrig gap study odds` does: the prior odds of no cause, of something unknown, and of both factors together,
 beside each reference, from checks of development cases.
 
 Every factor of every answer counts: what was said of it, and whether something acts on it.
@@ -8,7 +8,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-from rig.app.gap.check.fitted_checks import answers_of, origin_of
+from rig.app.gap.study.fitted_checks import answers_of, origin_of
 from rig.blind_check.folder import CheckFolder
 from rig.blind_check.modes import MODES
 from rig.blind_check.row import Row, facts_of

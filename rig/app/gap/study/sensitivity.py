@@ -1,4 +1,4 @@
-"""What `pamrig gap check sensitivity` does: each number that decides in the likelihood halved and doubled, and what of
+"""What `pamrig gap study sensitivity` does: each number that decides in the likelihood halved and doubled, and what of
 the answers to development cases moves.
 
 The numbers are the constants of `rig.gap.settings` and what is fitted in `rig/gap/priors.yaml`; a pattern's size is

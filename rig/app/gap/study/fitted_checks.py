@@ -1,4 +1,4 @@
-"""What `pamrig gap check further` and `odds` fit to: folders of scored checks, and the answers beside the scores."""
+"""What `pamrig gap study further` and `odds` fit to: folders of scored checks, and the answers beside the scores."""
 
 import contextlib
 from collections.abc import Iterator, Mapping, Sequence
@@ -25,7 +25,7 @@ def checks_of(folders: Sequence[Path]) -> list[CheckFolder]:
 
 def origin_of(study: str, folders: Sequence[CheckFolder], left_out: Sequence[str]) -> Origin:
     """Where what is fitted to these checks comes from; of one whose labels are not at hand no seed is known."""
-    words = [f"pamrig gap check {study}", *(folder.root.name for folder in folders)]
+    words = [f"pamrig gap study {study}", *(folder.root.name for folder in folders)]
     words += [f"--leave-out {name}" for name in left_out]
     of_each = [next(iter(scored.rows.values())).family for folder in folders for _, scored, _ in answers_of(folder)]
     families = [family for family in of_each if family not in left_out]

@@ -1,10 +1,10 @@
-"""The table of `pamrig gap check sensitivity` for people: what each number moves, the most sensitive first, and how
+"""The table of `pamrig gap study sensitivity` for people: what each number moves, the most sensitive first, and how
 many numbers decide at all."""
 
 from collections.abc import Mapping, Sequence
 from datetime import date
 
-from rig.app.gap.check.sensitivity import FACTORS, PRIORS, Answer, Asked, Moved, Number
+from rig.app.gap.study.sensitivity import FACTORS, PRIORS, Answer, Asked, Moved, Number
 
 LIBRARY = "hypotheses/library.py"
 """Bounds and grids of the effects: physics, not judgement; counted apart."""
@@ -17,7 +17,7 @@ def as_markdown(
     right, total = sum(one.right for one in base), len(base)
     lines = [
         "# What moves when a number moves", "",
-        f"Written by `pamrig gap check sensitivity --cases {asked.cases} --seed {asked.seed}` on {date.today()}: each "
+        f"Written by `pamrig gap study sensitivity --cases {asked.cases} --seed {asked.seed}` on {date.today()}: each "
         f"number of `rig/gap/settings.py` and `rig/gap/priors.yaml` halved and doubled, {total} development cases of "
         f"{', '.join(asked.families)} asked by one day, fingerprint and simulator in turn. As they are, {right} of "
         f"{total} answers are right (no finding on a healthy rig, the effect first, both of a pair, something unknown "

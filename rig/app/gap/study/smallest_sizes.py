@@ -1,4 +1,4 @@
-"""What `pamrig gap check sizes` does: the smallest sizes that a rig is said to show, beside those from which they are
+"""What `pamrig gap study sizes` does: the smallest sizes that a rig is said to show, beside those from which they are
 found on plants of the families.
 
 Only effects whose plant's law has its size in common with the library's are tried.

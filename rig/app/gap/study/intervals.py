@@ -1,4 +1,4 @@
-"""What `pamrig gap check further` does: how unsure it is what is left of a gap, and how large an effect is, from checks
+"""What `pamrig gap study further` does: how unsure it is what is left of a gap, and how large an effect is, from checks
 of development cases.
 
 Every case tells what was said to be left and what was left on records that the diagnosis never got; and what size was
@@ -9,7 +9,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
-from rig.app.gap.check.fitted_checks import answers_of, origin_of
+from rig.app.gap.study.fitted_checks import answers_of, origin_of
 from rig.blind_check.folder import CheckFolder, read_truth
 from rig.blind_check.row import CaseKind, EffectFact, Row, facts_of
 from rig.errors import RecordError

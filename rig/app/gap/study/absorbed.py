@@ -1,4 +1,4 @@
-"""What `pamrig gap check absorbed` does: how much of each effect a fit of the simulator's own parameters absorbs, on
+"""What `pamrig gap study absorbed` does: how much of each effect a fit of the simulator's own parameters absorbs, on
 development units of the families that may be fitted on.
 
 It is how the check's list of absorbed effects (`rig.blind_check.score.ABSORBED`) is declared before any case is scored.
