@@ -8,7 +8,7 @@ unit=${2:-1}
 mkdir -p "$out"
 
 # Fig. 1: the printed Bouc-Wen model at several frequencies
-pamrig simulate paper_fig1 --model paper_fig1 -o "$out/fig1" --loops "$out/fig1.png"
+pamrig simulate paper_fig1 --model paper_fig1 -o "$out/fig1" --figure "$out/fig1.png"
 
 # the paper's records, on both rigs
 pamrig run paper --clock virtual --seed 1 --out "$out/simulated"

@@ -14,6 +14,9 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
+import click
+
+from rig.cli.commands import cli
 from rig.qualify.faults.attacks import ATTACKS
 from rig.qualify.faults.table import TABLE as FAULT_ROWS
 from rig.qualify.figures import drawn
@@ -127,6 +130,46 @@ def commands() -> str:
     return table("command | arguments | over the network | what", rows)
 
 
+def _options(command: click.Command, name: str = "") -> Iterator[tuple[str, click.Option]]:
+    """Every option of the command and of those below it, with the command that has it."""
+    yield from ((name, param) for param in command.params if isinstance(param, click.Option))
+    if isinstance(command, click.Group):
+        context = click.Context(command)
+        for item in command.list_commands(context):
+            inner = command.get_command(context, item)
+            assert inner is not None
+            yield from _options(inner, f"{name} {item}".strip())
+
+
+def _taken(option: click.Option) -> str:
+    """What stands behind an option, as its help has it."""
+    if option.is_flag:
+        return ""
+    if isinstance(option.type, click.Choice):
+        return ", ".join(map(str, option.type.choices))
+    return f"`{option.metavar}`" if option.metavar else option.type.name.removesuffix(" range")
+
+
+def options() -> str:
+    """Every option of every command, by its name."""
+    found: dict[str, list[tuple[str, click.Option]]] = {}
+    for command, option in _options(cli):
+        found.setdefault(", ".join(f"`{name}`" for name in (*option.opts, *option.secondary_opts)), []).append(
+            (command, option)
+        )
+    return table(
+        "option | takes | of the commands",
+        (
+            [
+                name,
+                "; ".join(dict.fromkeys(filter(None, (_taken(option) for _, option in found[name])))),
+                ", ".join(command for command, _ in found[name] if command) or "all",
+            ]
+            for name in sorted(found)
+        ),
+    )
+
+
 def fault_rows() -> str:
     """Every row of the fault table."""
     rows = (
@@ -182,6 +225,7 @@ BLOCKS: dict[str, Callable[[], str]] = {
     "states": states,
     "faults": faults,
     "commands": commands,
+    "options": options,
     "fault_rows": fault_rows,
     "attack_rows": attack_rows,
     "safe": lambda: settings(Safe),

@@ -43,7 +43,7 @@ SECTIONS: dict[str, tuple[str, dict[str, tuple[str, ...]]]] = {
         {
             "What you write": ("rig_config", "devices", "sweeps", "model"),
             "What you read": ("effects", "diagnosis_json", "log_format", "sample", "states", "fault_table"),
-            "Programs": ("python", "control_protocol"),
+            "Programs": ("options", "python", "control_protocol"),
             "What was measured": (
                 "diagnosis_results",
                 "blind_check_results",

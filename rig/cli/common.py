@@ -1,5 +1,6 @@
 """What the commands share: numbers in options, the JSON option, how a call is told and how a result is written."""
 
+import functools
 import json
 import math
 import shlex
@@ -11,7 +12,7 @@ from typing import Any, TypeVar
 import click
 
 from hil.reference.names import NAMES as FAMILIES
-from rig.cli.outputs import Output, told_at_the_end
+from rig.cli.outputs import FormerArgument, Output, told_at_the_end
 from rig.outputs import Kind, write_text
 
 F = TypeVar("F", bound=Callable[..., Any])
@@ -58,6 +59,21 @@ def family_option(
         show_default=default is not None,
         help=words,
     )
+
+
+def model_option(command: Callable[..., None]) -> Callable[..., None]:
+    """`--model MODEL.yaml`, passed on as `model`: what the command is about, and must be named. MODEL as the first
+    argument stays understood."""
+
+    @functools.wraps(command)
+    def named(*arguments: Any, model: Path | None, former_model: Path | None, **options: Any) -> None:
+        if (model is None) == (former_model is None):
+            raise click.UsageError("name the simulator: --model MODEL.yaml")
+        command(*arguments, model=model or former_model, **options)
+
+    path = click.Path(path_type=Path)
+    argument = click.argument("former_model", cls=FormerArgument, required=False, type=path, metavar="MODEL.yaml")
+    return argument(click.option("--model", type=path, metavar="MODEL.yaml", help="The simulator.")(named))
 
 
 def left_out_option(words: str) -> Callable[[F], F]:

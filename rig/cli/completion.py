@@ -17,9 +17,11 @@ ANY: Final = ("",)
 FOLDERS: Final = ()
 SUFFIXES: Final[dict[str, tuple[str, ...]]] = {
     **dict.fromkeys(("log", "logs", "log_file", "baselines", "a", "b"), LOGS),
-    **dict.fromkeys(("model", "beside", "start", "augmented", "rig", "rig_path", "sweep", "sweeps", "first"), YAML),
+    **dict.fromkeys(
+        ("model", "former_model", "beside", "start", "augmented", "rig", "rig_path", "sweep", "sweeps", "first"), YAML
+    ),
     **dict.fromkeys(("mapping_path", "gate", "reference", "tracking", "config", "config_path"), YAML),
-    **dict.fromkeys(("folder", "folders", "root", "keep", "records", "other"), FOLDERS),
+    **dict.fromkeys(("folder", "folders", "root", "records", "other"), FOLDERS),
     "commands": (*LOGS, *YAML),
     "files": (".csv", ".csv.gz", ".lvm", ".txt", ".tdms", ".mcap", ".parquet", ".mat"),
     "model_path": (*YAML, ".fmu"),

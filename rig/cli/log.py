@@ -10,7 +10,7 @@ import click
 
 from rig.app.terminal import console, styled
 from rig.cli.common import Number, emit, json_option
-from rig.cli.outputs import Group, output_option
+from rig.cli.outputs import FORMERLY_OUTPUT, Group, Renamed, figure_option, output_option
 from rig.outputs import Kind, targets_in, write_text
 from rig.report.shown_text import in_lines, in_one_line
 
@@ -195,15 +195,17 @@ def _guess(file: Path, output: Path | None, json_to: str | None) -> None:
     Kind.RECORDING, "A file, or a folder for several logs; default: beside each log.", or_folder=True, metavar="OUT"
 )
 @click.option(
-    "--resample",
+    "--period",
     "period_s",
+    cls=Renamed,
+    former=("--resample",),
     type=Number(1e-4),
     metavar="SECONDS",
-    help="Put the sweep onto a regular grid (commands held, measurements interpolated).",
+    help="Put the sweep onto a regular grid of that period (commands held, measurements interpolated).",
 )
 @json_option
 def export(logs: tuple[Path, ...], kind: str, output: Path | None, period_s: float | None, json_to: str | None) -> None:
-    """Write LOGs for other tools, with units and run facts; every tick and field, unless --resample is given."""
+    """Write LOGs for other tools, with units and run facts; every tick and field, unless --period is given."""
     from rig.app.records.logs import exports, found_files
     from rig.log.exchange import export as write
 
@@ -218,11 +220,13 @@ def export(logs: tuple[Path, ...], kind: str, output: Path | None, period_s: flo
 @log.command(short_help="Draw a log.")
 @_FILE
 @output_option(
-    Kind.FIGURE, "PNG, SVG or PDF by its suffix; without it, a small picture here.", or_folder=True, metavar="FILE"
+    Kind.FIGURE, "PNG, SVG or PDF by its suffix; without it, a small picture here.", or_folder=True, metavar="OUT"
 )
 @click.option("--all", "whole", is_flag=True, help="All phases of the run, not the sweep alone.")
 @click.option("--from", "from_s", type=Number(0.0), default=0.0, help="Begin so many seconds after the first row.")
-@click.option("--to", "to_s", type=Number(0.0), help="End so many seconds after the first row; default: with the last.")
+@click.option(
+    "--until", "to_s", type=Number(0.0), help="End so many seconds after the first row; default: with the last."
+)
 def plot(log_file: Path, output: Path | None, whole: bool, from_s: float, to_s: float | None) -> None:
     """Draw LOG: command, pressures and angle over time with missed ticks marked, and the hysteresis loop."""
     import shutil
@@ -262,9 +266,9 @@ def plot(log_file: Path, output: Path | None, whole: bool, from_s: float, to_s: 
     help="Exit status 1 when an angle (the output of a rig with a channel map, in its unit) differs by more than this "
     "anywhere, or a record has no counterpart.",
 )
-@output_option(Kind.FIGURE, "PNG, SVG or PDF of the pair; a folder for several.", or_folder=True, metavar="FILE")
+@figure_option("PNG, SVG or PDF of the pair; a folder for several.", or_folder=True, former=FORMERLY_OUTPUT)
 @json_option
-def compare(a: Path, b: Path, within: float | None, output: Path | None, json_to: str | None) -> None:
+def compare(a: Path, b: Path, within: float | None, figure: Path | None, json_to: str | None) -> None:
     """Records, or folders of them, beside each other: B minus A.
 
     Records go together by name and repeat (one beside one whatever it is called), B is brought to the times of A by
@@ -287,8 +291,8 @@ def compare(a: Path, b: Path, within: float | None, output: Path | None, json_to
     for side, names in (("A", found.only_a), ("B", found.only_b)):
         if names:
             terminal.print(f"only in {side}: {', '.join(names)}")
-    for figure in draw_pairs(found, output) if output else ():
-        terminal.print(f"{figure}")
+    for drawn in draw_pairs(found, figure) if figure else ():
+        terminal.print(f"{drawn}")
     departures = [] if within is None else found.departures(within)
     allowed = {f"within_{unit_word(own.output.unit)}": within}
     emit(found.to_json() | allowed | {"differ": bool(departures)}, json_to)

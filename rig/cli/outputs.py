@@ -3,9 +3,9 @@ could not be written there is told when it is over, beside what was found."""
 
 import contextlib
 import os
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 import click
 from click.decorators import FC
@@ -24,16 +24,38 @@ class Output(click.ParamType):  # type: ignore[type-arg]  # generic in the stubs
     name = "file"
 
     def __init__(self, kind: Kind, *, stdout: bool = False, or_folder: bool = False, make_folder: bool = False) -> None:
-        self.kind, self._stdout, self._or_folder, self._make_folder = kind, stdout, or_folder, make_folder
+        self.kind, self._stdout, self.or_folder, self._make_folder = kind, stdout, or_folder, make_folder
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
         """The path, once nothing speaks against writing there; RigError otherwise."""
         if self._stdout and value == "-":
             return "-"
         path = Path(value)
-        folder = self._or_folder and (os.path.isdir(path) or not path.suffix)
+        folder = self.or_folder and (os.path.isdir(path) or not path.suffix)
         check_place(path, Kind.FOLDER if folder else self.kind, make_folder=self._make_folder)
         return str(path) if self._stdout else path
+
+
+class Renamed(click.Option):
+    """An option that is still understood by names of before, `former`, which no help shows."""
+
+    def __init__(self, *arguments: Any, former: Sequence[str], **settings: Any) -> None:
+        super().__init__(*arguments, **settings)
+        self._former = former
+
+    def add_to_parser(self, parser: Any, ctx: click.Context) -> None:
+        """As click does, under all names."""
+        shown, self.opts = self.opts, [*self.opts, *self._former]
+        super().add_to_parser(parser, ctx)
+        self.opts = shown
+
+
+class FormerArgument(click.Argument):
+    """What was an argument before it had an option: still understood, and in no help."""
+
+    def get_usage_pieces(self, ctx: click.Context) -> list[str]:
+        """None."""
+        return []
 
 
 class Command(click.Command):
@@ -96,6 +118,17 @@ def output_option(kind: Kind, help_text: str, *, or_folder: bool = False, **more
     way are made."""
     place = Output(kind, or_folder=or_folder, make_folder=True)
     return click.option("-o", "--output", "--out", "output", type=place, help=help_text, **more)
+
+
+FORMERLY_OUTPUT: Final = ("-o", "--output", "--out")
+"""By which a figure or a page beside an answer was asked for, where the answer itself goes nowhere else."""
+
+
+def figure_option(help_text: str, *, former: Sequence[str] = (), or_folder: bool = False) -> Callable[[FC], FC]:
+    """`--figure`: a picture of the result, passed on as `figure`. Folders on the way are made."""
+    place = Output(Kind.FIGURE, or_folder=or_folder, make_folder=True)
+    metavar = "OUT" if or_folder else "FILE"
+    return click.option("--figure", cls=Renamed, former=former, type=place, metavar=metavar, help=help_text)
 
 
 def _places(command: click.Command, ctx: click.Context, *, outputs: bool) -> Iterator[tuple[str, Path]]:

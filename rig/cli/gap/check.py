@@ -16,8 +16,8 @@ from rig.cli.gap.check_options import (
     folder_argument,
     records_option,
 )
-from rig.cli.gap.options import html_option, path_type, workers_option
-from rig.cli.outputs import Group, Output, options_behind_the_step, output_option
+from rig.cli.gap.options import html_option, page_option, path_type, workers_option
+from rig.cli.outputs import Group, options_behind_the_step, output_option
 from rig.outputs import Kind
 
 if TYPE_CHECKING:
@@ -167,9 +167,7 @@ def merge(folders: tuple[Path, ...], unfinished: bool, html_to: Path | None, jso
 @check.command(short_help="Two scored checks of the same cases side by side.")
 @click.argument("first", type=path_type)
 @click.argument("other", type=path_type)
-@click.option(
-    "-o", "--output", "--out", "html_to", type=Output(Kind.PAGE), metavar="FILE.md", help="The table as a page."
-)
+@page_option
 @json_option
 def compare(first: Path, other: Path, html_to: Path | None, json_to: str | None) -> None:
     """Two scored checks of the same cases beside each other: of two methods, or of two sessions (--sweep)."""

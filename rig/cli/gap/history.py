@@ -7,8 +7,7 @@ import click
 from rig.app.terminal import console, listing
 from rig.cli.common import as_called, emit, json_option
 from rig.cli.gap.options import angle_alone_option, baseline_option, reference_option, workers_option
-from rig.cli.outputs import Command, output_option
-from rig.outputs import Kind
+from rig.cli.outputs import FORMERLY_OUTPUT, Command, figure_option
 
 _path = click.Path(path_type=Path)
 
@@ -20,7 +19,7 @@ _path = click.Path(path_type=Path)
 @reference_option()
 @angle_alone_option
 @workers_option
-@output_option(Kind.FIGURE, "Draw gap, floor and what was named over the days (.svg, .png, .pdf).", metavar="FILE")
+@figure_option("PNG, SVG or PDF: gap, floor and what was named over the days.", former=FORMERLY_OUTPUT)
 @json_option
 def history(
     folder: Path,
@@ -30,7 +29,7 @@ def history(
     reference: str,
     no_pressures: bool,
     workers: int | None,
-    output: Path | None,
+    figure: Path | None,
     json_to: str | None,
 ) -> None:
     """Diagnose every day in FOLDER, which holds a folder of records for each, and say when the gap changed, when a
@@ -69,7 +68,7 @@ def history(
             out.print(f"{day.name}: {heading.lower()}: {text}", markup=False)
     for line in told(found):
         out.print(say(line))
-    if output is not None:
-        draw_history(found, output)
+    if figure is not None:
+        draw_history(found, figure)
     emit(history_report(found), json_to)
     campaign.complain()

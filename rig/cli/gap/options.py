@@ -8,7 +8,7 @@ from typing import Final
 import click
 
 from rig.cli.common import F, family_option
-from rig.cli.outputs import Output
+from rig.cli.outputs import FORMERLY_OUTPUT, Output, Renamed
 from rig.outputs import Kind
 
 _AS_DIAGNOSED: Final = "What stands for the rig without a gap, as in `pamrig gap diagnose`."
@@ -17,9 +17,12 @@ workers_option = click.option("--workers", type=click.IntRange(1), help="Local p
 path_type = click.Path(path_type=Path, resolve_path=True)
 """Made absolute here: whoever answers works in another folder than the caller."""
 families_option = family_option("Plants of this family only. Repeatable.")
-html_option = click.option(
-    "--html", "html_to", type=Output(Kind.PAGE), metavar="FILE", help="Write the page to FILE; a .md gets its tables."
+_HTML: Final = "Write the page to FILE; a .md gets its tables."
+html_option = click.option("--html", "html_to", type=Output(Kind.PAGE), metavar="FILE", help=_HTML)
+page_option = click.option(
+    "--html", "html_to", cls=Renamed, former=FORMERLY_OUTPUT, type=Output(Kind.PAGE), metavar="FILE", help=_HTML
 )
+"""The same, where `-o` is still understood."""
 
 
 def baseline_option(text: str) -> Callable[[F], F]:

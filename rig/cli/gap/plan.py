@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING
 import click
 
 from rig.app.terminal import console, listing, progress
-from rig.cli.common import Number, emit, family_option, json_option
+from rig.cli.common import Number, emit, family_option, json_option, model_option
 from rig.cli.gap.options import baseline_option, reference_option
-from rig.cli.outputs import Command, output_option
+from rig.cli.outputs import FORMERLY_OUTPUT, Command, figure_option, output_option
 from rig.outputs import Kind
 
 if TYPE_CHECKING:
@@ -23,7 +23,7 @@ _no_pressures = click.option("--no-pressures", is_flag=True, help="As if the reg
 
 
 @click.command(cls=Command, short_help="How small an effect this rig would show, and name.")
-@click.argument("model", type=_path, metavar="MODEL.yaml")
+@model_option
 @_baseline
 @click.option(
     "--sweep",
@@ -36,10 +36,8 @@ _no_pressures = click.option("--no-pressures", is_flag=True, help="As if the reg
 @_reference
 @_rig
 @_no_pressures
-@output_option(
-    Kind.FIGURE,
-    "Draw the matrix of which effects can be told apart (.svg, .png, .pdf; of the first sweep).",
-    metavar="FILE",
+@figure_option(
+    "PNG, SVG or PDF: the matrix of which effects can be told apart, of the first sweep.", former=FORMERLY_OUTPUT
 )
 @json_option
 def capability(
@@ -50,7 +48,7 @@ def capability(
     reference: str,
     rig: Path | None,
     no_pressures: bool,
-    output: Path | None,
+    figure: Path | None,
     json_to: str | None,
 ) -> None:
     """Say, before anything is wrong, how small an effect on MODEL's rig would be detected, from which size on it would
@@ -69,12 +67,12 @@ def capability(
         console(json_to).print(f"left out, as by a diagnosis: {note}")
     for name, one in found.sweeps.items():
         _show(name, one, found.channels, json_to)
-    if output is not None:
+    if figure is not None:
         from rig.report.log_figures import save
         from rig.report.plan_figures import matrix_figure
 
         name, first = next(iter(found.sweeps.items()))
-        save(matrix_figure(name, first), output)
+        save(matrix_figure(name, first), figure)
     emit(report_capability(found), json_to)
 
 
@@ -101,7 +99,7 @@ def _show(name: str, one: "Capability", channels: "Channels", json_to: str | Non
 
 
 @click.command(cls=Command, short_help="The session of records that tells most.")
-@click.argument("model", type=_path, metavar="MODEL.yaml")
+@model_option
 @click.option(
     "--minutes",
     type=Number(0.25, 120.0),

@@ -8,8 +8,8 @@ import click
 
 from rig.app.terminal import console
 from rig.cli.common import emit, json_option, left_out_option
-from rig.cli.gap.options import families_option, html_option, path_type, workers_option
-from rig.cli.outputs import Group, Output, output_option
+from rig.cli.gap.options import families_option, html_option, page_option, path_type, workers_option
+from rig.cli.outputs import Group, output_option
 from rig.outputs import Kind
 
 
@@ -33,9 +33,7 @@ def study() -> None:
     help="What stands for the healthy rig: one earlier day, or the fingerprint of one.",
 )
 @workers_option
-@click.option(
-    "-o", "--output", "--out", "html_to", type=Output(Kind.PAGE), metavar="FILE.md", help="The table as a page."
-)
+@page_option
 @json_option
 def sizes(
     families: tuple[str, ...], units: int, seed: int, reference: str, workers: int | None, html_to: Path | None,

@@ -6,7 +6,7 @@ import click
 
 from rig.app.terminal import console
 from rig.cli.common import emit, family_option, json_option
-from rig.cli.outputs import Command, Output, output_option
+from rig.cli.outputs import Command, figure_option, output_option
 from rig.outputs import Kind
 
 
@@ -27,20 +27,16 @@ from rig.outputs import Kind
     type=click.IntRange(0),
     help="The day on that rig; it drifts a little from day to day.",
 )
-@output_option(
-    Kind.RECORDING, "File, or a folder for several records.", or_folder=True, required=True, metavar="OUT.mcap"
-)
+@output_option(Kind.RECORDING, "File, or a folder for several records.", or_folder=True, required=True, metavar="OUT")
 @click.option(
-    "--from-pressures",
-    is_flag=True,
-    help="Drive the muscles by the pressures measured in LOG, without their noise, not by its commands.",
+    "--input",
+    "drive",
+    type=click.Choice(("command", "pressure")),
+    default="command",
+    show_default=True,
+    help="What drives the muscles: the commands of LOG, or the pressures measured in it, without their noise.",
 )
-@click.option(
-    "--loops",
-    type=Output(Kind.FIGURE),
-    metavar="FILE.png",
-    help="Draw all loops in one figure, as in Fig. 1 of the paper.",
-)
+@figure_option("PNG, SVG or PDF: all loops in one, as in Fig. 1 of the paper.", former=("--loops",))
 @json_option
 def simulate(
     commands: Path,
@@ -49,8 +45,8 @@ def simulate(
     family: str,
     session: int,
     output: Path,
-    from_pressures: bool,
-    loops: Path | None,
+    drive: str,
+    figure: Path | None,
     json_to: str | None,
 ) -> None:
     """What MODEL says under the commands of a sweep or of a LOG: the angle, and the pressures if it has regulators.
@@ -63,7 +59,7 @@ def simulate(
     from rig.own_units import own_text
 
     if model_path is not None and plant is None:
-        simulator = by_model(model_path, from_pressures=from_pressures)
+        simulator = by_model(model_path, from_pressures=drive == "pressure")
     elif plant is not None and model_path is None:
         simulator = by_plant(family, plant, session)
     else:
@@ -74,9 +70,9 @@ def simulate(
         off = "" if run.rmse_deg is None else own_text(f"{run.rmse_deg:.3f} deg", run.record.channels)
         compared = off and f", RMSE against the recording {off}"
         terminal.print(f"{run.file}: {len(run.record)} ticks{compared}")
-    if loops is not None:
+    if figure is not None:
         from rig.report.fit_figures import loops_figure, save_figure
 
-        save_figure(loops_figure(output.name, [run.record for run in runs]), loops)
-        terminal.print(f"loops: {loops}")
+        save_figure(loops_figure(output.name, [run.record for run in runs]), figure)
+        terminal.print(f"loops: {figure}")
     emit({"runs": [run.to_json() for run in runs]}, json_to)

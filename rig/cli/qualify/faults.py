@@ -7,7 +7,8 @@ import click
 
 from rig.app.terminal import console, listing, progress, styled
 from rig.cli.common import Number, emit, json_option
-from rig.cli.outputs import Command
+from rig.cli.outputs import Command, output_option
+from rig.outputs import Kind
 
 if TYPE_CHECKING:
     from rig.qualify.faults.trial import Finding
@@ -23,16 +24,11 @@ BENCH_NAMES = (
 
 @click.command(cls=Command)
 @click.argument("names", nargs=-1)
-@click.option("--list", "only_listed", is_flag=True, help="Only say what would be done.")
+@click.option("--dry-run", is_flag=True, help="Only say what would be done.")
 @click.option("--closed-loop", is_flag=True, help="While the rig follows an angle in closed loop.")
 @click.option("--soak", "soak_hours", type=Number(0.01, 1000), help="Instead: so many hours of sweeps in virtual time.")
 @click.option("--real", is_flag=True, help="With --soak: in real time, with a witness for stalls of the machine.")
-@click.option(
-    "--keep",
-    type=click.Path(path_type=Path),
-    metavar="DIR",
-    help="With --soak: new folder for the records; default: temporary.",
-)
+@output_option(Kind.FOLDER, "With --soak: new folder for the records; default: temporary.", metavar="DIR")
 @click.option(
     "--together", type=click.IntRange(1, 100_000), help="Instead: so many random losses of 2 or 3 processes at once."
 )
@@ -49,8 +45,8 @@ BENCH_NAMES = (
 )
 @json_option
 def faults(
-    names: tuple[str, ...], only_listed: bool, closed_loop: bool, soak_hours: float | None, real: bool,
-    keep: Path | None, together: int | None, benches: tuple[str, ...], attacks: int | None, seed: int,
+    names: tuple[str, ...], dry_run: bool, closed_loop: bool, soak_hours: float | None, real: bool,
+    output: Path | None, together: int | None, benches: tuple[str, ...], attacks: int | None, seed: int,
     json_to: str | None,
 ) -> None:  # fmt: skip
     """Inject every fault of the table (or those NAMES) into a simulated rig, and say what followed and how fast.
@@ -64,16 +60,16 @@ def faults(
     from rig.cli.qualify import fault_attacks
 
     if soak_hours is not None:
-        _soak(soak_hours, real, keep, json_to)
+        _soak(soak_hours, real, output, json_to)
     elif together is not None:
         _together(together, benches or BENCH_NAMES[:1], seed, json_to)
     elif attacks is not None:
         fault_attacks.attacks(names, attacks, seed, json_to)
     else:
-        _one_by_one(names, closed_loop, only_listed, json_to)
+        _one_by_one(names, closed_loop, dry_run, json_to)
 
 
-def _one_by_one(names: tuple[str, ...], closed_loop: bool, only_listed: bool, json_to: str | None) -> None:
+def _one_by_one(names: tuple[str, ...], closed_loop: bool, dry_run: bool, json_to: str | None) -> None:
     """The rows of the table; CheckFailed when one did not end as it must."""
     import tempfile
 
@@ -89,7 +85,7 @@ def _one_by_one(names: tuple[str, ...], closed_loop: bool, only_listed: bool, js
         raise RigError(f"no fault {unknown!r}; {suggest(unknown, known)}")
     rows = [row for row in table if not names or row.name in names]
     findings: list[Finding] = []
-    if not only_listed:
+    if not dry_run:
         with (
             tempfile.TemporaryDirectory(prefix="pamrig-") as folder,
             FaultBench(Path(folder), sweep=sweep) as bench,
@@ -108,7 +104,7 @@ def _one_by_one(names: tuple[str, ...], closed_loop: bool, only_listed: bool, js
         )
 
 
-def _soak(hours: float, real: bool, keep: Path | None, json_to: str | None) -> None:
+def _soak(hours: float, real: bool, output: Path | None, json_to: str | None) -> None:
     """Sweeps for hours; CheckFailed when the rig did not get through, or a record is not valid and no stall of the
     machine the reason."""
     import tempfile
@@ -117,7 +113,7 @@ def _soak(hours: float, real: bool, keep: Path | None, json_to: str | None) -> N
     from rig.qualify.soak import soak
 
     with tempfile.TemporaryDirectory(prefix="pamrig-") as temporary, progress("soak", None) as update:
-        result = soak(_own_folder(keep or Path(temporary)), hours, not real, update)
+        result = soak(_own_folder(output or Path(temporary)), hours, not real, update)
     _tell_soak(result, json_to)
     emit({"soak": result}, json_to)
     blamed = result["machine"].get("not_valid_otherwise", result["not_valid"])
@@ -165,7 +161,7 @@ def _own_folder(folder: Path) -> Path:
 
     folder.mkdir(parents=True, exist_ok=True)
     if any(folder.iterdir()):
-        raise RigError(f"{folder}: is not empty; give a new folder with --keep")
+        raise RigError(f"{folder}: is not empty; give a new one with -o")
     return folder
 
 

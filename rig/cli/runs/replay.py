@@ -6,7 +6,7 @@ import click
 
 from rig.app.terminal import console
 from rig.cli.common import Number, emit, json_option
-from rig.cli.outputs import Command, Output, output_option
+from rig.cli.outputs import Command, figure_option, output_option
 from rig.outputs import Kind
 
 
@@ -45,12 +45,7 @@ from rig.outputs import Kind
     metavar="GATE.yaml",
     help="YAML of tolerances, one a field; exit status 1 when one is exceeded.",
 )
-@click.option(
-    "--figure",
-    type=Output(Kind.FIGURE, or_folder=True),
-    metavar="FILE",
-    help="PNG, SVG or PDF; default: beside the log of the replay, as SVG.",
-)
+@figure_option("PNG, SVG or PDF; a folder for several; default: beside the log of the replay, as SVG.", or_folder=True)
 @click.option(
     "--force",
     is_flag=True,

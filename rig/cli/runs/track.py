@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from rig.app.terminal import console, listing
-from rig.cli.common import Number, emit, json_option
-from rig.cli.outputs import Command, Output, output_option, told_at_the_end
+from rig.cli.common import Number, emit, json_option, model_option
+from rig.cli.outputs import Command, Renamed, figure_option, output_option, told_at_the_end
 from rig.outputs import Kind
 from rig.report.shown_text import in_lines
 
@@ -38,9 +38,7 @@ _path = click.Path(path_type=Path)
     "them (augmented). Repeat to compare. Default: model where one is given, else none.",
 )
 @output_option(Kind.FOLDER, "Folder for the records; default: a new one under logs/.", metavar="DIR")
-@click.option(
-    "--figure", type=Output(Kind.FIGURE), metavar="FILE", help="PNG, SVG or PDF: angle, reference, error and command."
-)
+@figure_option("PNG, SVG or PDF: angle, reference, error and command.")
 @click.option(
     "--clock", type=click.Choice(["real", "virtual"]), default="real", show_default=True,
     help="Virtual: as fast as it can.",
@@ -103,7 +101,7 @@ def track(
 
 
 @click.command(cls=Command)
-@click.argument("model", type=_path, metavar="MODEL.yaml")
+@model_option
 @click.option(
     "--rig",
     "rig_path",
@@ -134,9 +132,14 @@ def track(
     help="Delay, s, beyond the model's to be robust against; default 0.04.",
 )
 @click.option(
-    "--reference", type=_path, metavar="REFERENCE.yaml", help="A reference whose gains are to be replaced; needs -o."
+    "--tracking",
+    cls=Renamed,
+    former=("--reference",),
+    type=_path,
+    metavar="REFERENCE.yaml",
+    help="A reference of `pamrig track` whose gains are to be replaced; needs -o.",
 )
-@output_option(Kind.SWEEP, "With --reference: the same with these gains.", metavar="FILE")
+@output_option(Kind.SWEEP, "With --tracking: the same with these gains.", metavar="FILE")
 @json_option
 def tune(
     model: Path,
@@ -145,27 +148,27 @@ def tune(
     sensitivity: float | None,
     off: float | None,
     later_s: float | None,
-    reference: Path | None,
+    tracking: Path | None,
     output: Path | None,
     json_to: str | None,
 ) -> None:
     """PI gains for `pamrig track` from MODEL, with stated margins; nothing is tried on the rig."""
     from rig.app import compose, shipped
-    from rig.app.runs import tracking
+    from rig.app.runs.tracking import rests_of, tune_for, write_gains
     from rig.app.terminal import progress
     from rig.model.parameters import load_model
 
-    if (reference is None) != (output is None):
-        raise click.UsageError("--reference and -o go together")
+    if (tracking is None) != (output is None):
+        raise click.UsageError("--tracking and -o go together")
     rig, loaded = compose.load(rig_path), load_model(shipped.find_config(model, "models"))
-    place = None if reference is None else shipped.find_config(reference, "references")
-    rests = (loaded.p0_mpa,) if place is None else tracking.rests_of(place)
+    place = None if tracking is None else shipped.find_config(tracking, "references")
+    rests = (loaded.p0_mpa,) if place is None else rests_of(place)
     rests = rests if p0_mpa is None else (p0_mpa,)
     with progress("tuning", None):
-        found = tracking.tune_for(loaded, rests, rig.period_ns, sensitivity=sensitivity, off=off, later_s=later_s)
+        found = tune_for(loaded, rests, rig.period_ns, sensitivity=sensitivity, off=off, later_s=later_s)
     _tell_tuned(found, json_to)
     if place is not None and output is not None:
-        tracking.write_gains(place, found.gains, output)
+        write_gains(place, found.gains, output)
     emit(tuned_json(found), json_to)
 
 

@@ -113,7 +113,7 @@ def _healthy(place: Path, rig: str) -> tuple[Path, Errors]:
     for day in range(1, HEALTHY_DAYS + 1):
         pamrig("run", SWEEP, "--rig", _rig(place, rig, day, {}), *_VIRTUAL, "-o", place / f"day_{day}")
     pamrig("identify", place / "day_1", "--early-stop", "100", "-o", place / "model.yaml")
-    pamrig("tune", place / "model.yaml", "--reference", REFERENCE, "-o", place / "reference.yaml")
+    pamrig("tune", "--model", place / "model.yaml", "--tracking", REFERENCE, "-o", place / "reference.yaml")
     followed = _track(place, _rig(place, rig, HEALTHY_DAYS + 1, {}), "healthy", ("none", "model"))
     return place, followed
 

@@ -32,6 +32,6 @@ def test_in_real_time_misses_are_put_beside_what_the_witnesses_saw(tmp_path: Pat
 
 def test_a_folder_that_was_used_is_refused(tmp_path: Path) -> None:
     (tmp_path / "old.mcap").touch()
-    done = CliRunner().invoke(faults, ["--soak", "0.01", "--keep", str(tmp_path)])
+    done = CliRunner().invoke(faults, ["--soak", "0.01", "-o", str(tmp_path)])
     assert isinstance(done.exception, RigError)
     assert "is not empty" in str(done.exception)

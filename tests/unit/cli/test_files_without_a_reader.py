@@ -29,21 +29,21 @@ records:
 POINTS = "monitor_1: {raw_unit: V, points: [[1.0, 0.0], [3.0, 0.251], [5.0, 0.5]]}\n"
 CALLS = {
     "run": "SWEEP --clock virtual -o out/run --json out/x.json",
-    "simulate": "SWEEP --model MODEL -o out/x.mcap --loops out/x.svg --json out/x.json",
+    "simulate": "SWEEP --model MODEL -o out/x.mcap --figure out/x.svg --json out/x.json",
     "identify": "LOG -o out/x.yaml --figures out/figures --json out/x.json --seeds 1 --particles 4 --iterations 3 "
     "--no-polish --unbounded",
     "validate": "MODEL LOG --figures out/figures --json out/x.json",
     "replay": "RUN -o out/x.mcap --figure out/x.svg --json out/x.json",
     "track": "REFERENCE --clock virtual -o out/track --figure out/x.svg --json out/x.json",
-    "tune": "MODEL --reference REFERENCE -o out/x.yaml --json out/x.json",
-    "gap capability": "MODEL --sweep quick -o out/x.svg --json out/x.json",
-    "gap design": "MODEL --rig NARROW --minutes 0.5 --family none -o out/x.yaml --json out/x.json",
+    "tune": "--model MODEL --tracking REFERENCE -o out/x.yaml --json out/x.json",
+    "gap capability": "--model MODEL --sweep quick --figure out/x.svg --json out/x.json",
+    "gap design": "--model MODEL --rig NARROW --minutes 0.5 --family none -o out/x.yaml --json out/x.json",
     "gap diagnose": "--model MODEL --log DAYS/late --baseline DAYS/healthy --html out/x.html "
     "--augmented-model out/a.yaml --retuned out/r.yaml --json out/x.json",
     "gap effects": "--json out/x.json",
-    "gap history": "DAYS --model MODEL --workers 1 -o out/x.svg --json out/x.json",
+    "gap history": "DAYS --model MODEL --workers 1 --figure out/x.svg --json out/x.json",
     "log check": "LOG --json out/x.json",
-    "log compare": "LOG LOG -o out/x.svg --json out/x.json",
+    "log compare": "LOG LOG --figure out/x.svg --json out/x.json",
     "log export": "LOG -o out/x.csv --json out/x.json",
     "log import": "TABLE -o out/x.mcap --json out/x.json",
     "log info": "LOG --json out/x.json",
@@ -54,7 +54,7 @@ CALLS = {
     "devices calibrate": "--points POINTS -o out/x.yaml --json out/x.json",
     "devices list": "--json out/x.json",
     "devices probe": "--ticks 20 --json out/x.json",
-    "faults": "--list --json out/x.json",
+    "faults": "--dry-run --json out/x.json",
 }
 """What each command that writes files is called with here, each word in capitals standing for a file of `lab`."""
 LONG = {

@@ -99,12 +99,12 @@ def test_there_and_back(call, tmp_path: Path, kind: str) -> None:
 
 def test_resampling_only_on_request_and_said(call, tmp_path: Path) -> None:
     made_log(tmp_path / "run.mcap", 1000, missed_at=500)
-    status, out, _ = call("log", "export", tmp_path / "run.mcap", "--resample", "0.01", "-o", tmp_path / "r.csv")
+    status, out, _ = call("log", "export", tmp_path / "run.mcap", "--period", "0.01", "-o", tmp_path / "r.csv")
     assert (status, out.endswith("rows, resampled to 0.01 s\n")) == (0, True)
     (record,) = read(tmp_path / "r.csv")
     assert record.facts["resampled_to_s"] == 0.01
     assert record.period_s == pytest.approx(0.01)
-    assert call("log", "export", tmp_path / "run.mcap", "--resample", "-1", "-o", tmp_path / "s.csv")[0] == 2
+    assert call("log", "export", tmp_path / "run.mcap", "--period", "-1", "-o", tmp_path / "s.csv")[0] == 2
 
 
 def test_import_says_what_it_leaves_out_and_what_it_cannot_take(call, tmp_path: Path) -> None:
@@ -175,7 +175,7 @@ def test_plots(call, tmp_path: Path, suffix: str) -> None:
 
 def test_a_picture_in_the_terminal(call, tmp_path: Path) -> None:
     made_log(tmp_path / "run.mcap", 600)
-    status, out, _ = call("log", "plot", tmp_path / "run.mcap", "--from", "0.5", "--to", "1.5")
+    status, out, _ = call("log", "plot", tmp_path / "run.mcap", "--from", "0.5", "--until", "1.5")
     assert status == 0
     assert "sine_0.5hz_0.20mpa: angle [deg]" in out
     assert "\x1b" not in out

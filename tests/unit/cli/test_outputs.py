@@ -78,7 +78,7 @@ def onto_the_recording(log: Path) -> dict[str, list[str]]:
         "identify --figures": ["identify", it, "-o", f"{log.parent}/m.yaml", "--figures", it],
         "validate --json": ["validate", model, it, "--json", it],
         "simulate -o": ["simulate", it, "--model", model, "-o", it],
-        "simulate --loops": ["simulate", it, "--model", model, "-o", f"{log.parent}/o.mcap", "--loops", it],
+        "simulate --figure": ["simulate", it, "--model", model, "-o", f"{log.parent}/o.mcap", "--figure", it],
         "replay -o": ["replay", it, "-o", it],
         "replay --figure": ["replay", it, "-o", f"{log.parent}/o.mcap", "--figure", it],
         "gap --html": ["gap", "diagnose", "--model", model, "--log", it, "--html", it],

@@ -31,7 +31,7 @@ def call(*words: object) -> Result:
 
 
 def test_a_sweep_through_a_model_and_its_log_again(sweep: Path, tmp_path: Path) -> None:
-    done = call(sweep, "--model", "simulated", "-o", tmp_path / "out", "--loops", tmp_path / "loops.png")
+    done = call(sweep, "--model", "simulated", "-o", tmp_path / "out", "--figure", tmp_path / "loops.png")
     assert done.exit_code == 0
     records = read(tmp_path / "out")
     assert [record.name for record in records] == ["sine_0.5hz_0.20mpa", "sine_0.8hz_0.20mpa"]

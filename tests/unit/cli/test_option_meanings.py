@@ -1,0 +1,101 @@
+"""An option means one thing wherever it stands, and one thing is asked for by one option."""
+
+from collections import defaultdict
+from collections.abc import Iterator
+from pathlib import Path
+
+import click
+import pytest
+from click.testing import CliRunner
+
+from rig.cli.commands import cli
+from rig.cli.outputs import Output
+from rig.outputs import Kind
+
+MODEL = "configs/models/simulated.yaml"
+ASKED_BY = {
+    Kind.JSON: {"--json"},
+    Kind.PAGE: {"--html"},
+    Kind.FIGURE: {"--figure", "-o"},
+    Kind.FOLDER: {"--figures", "-o"},
+}
+"""What is written -> the options by which that is asked for; the rest of what is written is a command's -o."""
+BESIDE = {"log plot"}
+"""Where a figure is all that a command makes, and its -o."""
+
+
+def options(command: click.Command, name: str = "") -> Iterator[tuple[str, click.Option]]:
+    """Every option of the command and of those below it, with the command that has it."""
+    yield from ((name, param) for param in command.params if isinstance(param, click.Option))
+    if isinstance(command, click.Group):
+        context = click.Context(command)
+        for item in command.list_commands(context):
+            inner = command.get_command(context, item)
+            assert inner is not None
+            yield from options(inner, f"{name} {item}".strip())
+
+
+def kind(option: click.Option) -> str:
+    """What an option takes: nothing, a number, one of some words, a file of some kind, or a text of some form."""
+    if option.is_flag:
+        return "nothing"
+    if isinstance(option.type, Output):
+        return option.type.kind.value
+    if isinstance(option.type, click.Choice):
+        return "a word"
+    if isinstance(option.type, click.Path):
+        return f"a path, {option.metavar}"
+    return f"a {option.type.name}" if option.metavar is None else option.metavar
+
+
+ALL = list(options(cli))
+
+
+def test_an_option_takes_the_same_wherever_it_stands() -> None:
+    taken: dict[str, dict[str, list[str]]] = defaultdict(lambda: defaultdict(list))
+    for command, option in ALL:
+        for name in set(option.opts) - {"-o", "--output", "--out"}:
+            taken[name][kind(option)].append(command)
+    assert {name: dict(kinds) for name, kinds in taken.items() if len(kinds) > 1} == {}
+
+
+@pytest.mark.parametrize("wanted", ASKED_BY)
+def test_what_is_written_is_asked_for_by_one_name(wanted: Kind) -> None:
+    for command, option in ALL:
+        if isinstance(option.type, Output) and option.type.kind is wanted:
+            assert option.opts[0] in ASKED_BY[wanted], command
+            assert wanted is not Kind.FIGURE or (option.opts[0] == "-o") == (command in BESIDE), command
+
+
+def test_an_output_says_whether_it_is_a_file_or_a_folder() -> None:
+    for command, option in ALL:
+        if not isinstance(option.type, Output):
+            continue
+        told = "OUT" if option.type.or_folder else "DIR" if option.type.kind is Kind.FOLDER else None
+        assert told is None or option.metavar == told, (command, option.opts)
+        assert told is not None or option.metavar not in ("OUT", "DIR"), (command, option.opts)
+
+
+def test_a_model_is_named_by_its_option() -> None:
+    """`pamrig validate MODEL.yaml LOG...` alone has it as an argument: it is called so everywhere."""
+    named = {command for command, option in ALL if "--model" in option.opts}
+    gap = {f"gap {name}" for name in ("capability", "design", "diagnose", "history", "hunt")}
+    assert named == {"simulate", "replay", "track", "tune", *gap}
+
+
+@pytest.mark.parametrize("words", ["tune", "gap capability", "gap design -o out.yaml"])
+@pytest.mark.parametrize("given", [(), (MODEL, "--model", MODEL)])
+def test_one_model_is_named(words: str, given: tuple[str, ...]) -> None:
+    done = CliRunner().invoke(cli, [*words.split(), *given])
+    assert done.exit_code == 2
+    assert "name the simulator: --model MODEL.yaml" in done.output
+
+
+def test_names_of_before_are_understood_and_in_no_help(tmp_path: Path) -> None:
+    words = ["tune", MODEL, "--reference", "tracking", "-o", str(tmp_path / "tuned.yaml")]
+    done = CliRunner().invoke(cli, words)
+    assert done.exit_code == 0, done.output
+    assert (tmp_path / "tuned.yaml").exists()
+    said = CliRunner().invoke(cli, ["tune", "--help"]).output
+    assert "--reference" not in said
+    assert "Usage: cli tune [OPTIONS]\n" in said
