@@ -4,12 +4,11 @@ import json
 import shlex
 import subprocess
 import sys
-from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
-import click
 import pytest
+from support.click_tree import parameters
 from support.plants.gap_rigs import MODEL, session
 from support.records.made_logs import made_log
 from support.rigs.narrow_rig import narrow_rig
@@ -66,18 +65,6 @@ DAEMON = {"status", "queue"}
 """Commands that ask a daemon."""
 
 
-def writing(command: click.Command, name: str = "") -> Iterator[str]:
-    """The names of all commands that have an option for a file that they write."""
-    if any(isinstance(option.type, Output) for option in command.params):
-        yield name
-    if isinstance(command, click.Group):
-        context = click.Context(command)
-        for each in command.list_commands(context):
-            inner = command.get_command(context, each)
-            assert inner is not None
-            yield from writing(inner, f"{name} {each}".strip())
-
-
 @pytest.fixture(scope="module")
 def lab(warm: Warm, tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
     """The files that the calls read, by their words."""
@@ -112,7 +99,8 @@ def words_of(name: str, lab: dict[str, str], out: Path) -> list[str]:
 
 
 def test_every_command_that_writes_files_is_called_here() -> None:
-    assert set(writing(cli)) == CALLS.keys() | LONG | DAEMON
+    writing = {name for name, param in parameters(cli) if isinstance(param.type, Output)}
+    assert writing == CALLS.keys() | LONG | DAEMON
 
 
 @pytest.mark.parametrize("name", list(CALLS))

@@ -1,10 +1,10 @@
 """Help texts are whole sentences, and one option means one thing wherever it stands."""
 
 import re
-from collections.abc import Iterator
 
 import click
 import pytest
+from support.click_tree import commands
 
 from rig.cli.commands import cli
 from rig.gap.answer.words.on_the_rig import ON_THE_RIG
@@ -22,22 +22,12 @@ BEGINS_LIKE_A_SENTENCE = re.compile(r"[A-Z0-9]")
 ENDS_LIKE_ONE = re.compile(r"[.:](\s*\[[^]]*\])?$")
 
 
-def commands(command: click.Command, name: str = "pamrig") -> Iterator[tuple[str, click.Command]]:
-    yield name, command
-    if isinstance(command, click.Group):
-        context = click.Context(command)
-        for item in command.list_commands(context):
-            sub = command.get_command(context, item)
-            assert sub is not None
-            yield from commands(sub, f"{name} {item}")
-
-
 def is_sentence(text: str | None) -> bool:
     shown = " ".join((text or "").split())
     return bool(BEGINS_LIKE_A_SENTENCE.match(shown) and ENDS_LIKE_ONE.search(shown))
 
 
-ALL = dict(commands(cli))
+ALL = dict(commands(cli, "pamrig"))
 
 
 @pytest.mark.parametrize("name", ALL)

@@ -1,26 +1,14 @@
 """Every number of every command is finite and within bounds: nan and inf are refused in one line that names them."""
 
-from collections.abc import Iterator
-
 import click
 import pytest
+from support.click_tree import parameters
 
 from rig.cli.commands import cli
 from rig.cli.common import Number
 
-
-def _numbers(command: click.Command, name: str) -> Iterator[tuple[str, click.Parameter]]:
-    """The parameters of a command, and of those below it, that take a number with a point."""
-    yield from ((name, param) for param in command.params if isinstance(param.type, click.types.FloatParamType))
-    if isinstance(command, click.Group):
-        context = click.Context(command)
-        for item in command.list_commands(context):
-            sub = command.get_command(context, item)
-            assert sub is not None
-            yield from _numbers(sub, f"{name} {item}")
-
-
-ALL = [(name, param) for name, param in _numbers(cli, "pamrig")]
+ALL = [(name, param) for name, param in parameters(cli, "pamrig") if isinstance(param.type, click.types.FloatParamType)]
+"""Every parameter that takes a number with a point."""
 
 
 def test_there_are_such_options() -> None:

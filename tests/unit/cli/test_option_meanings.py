@@ -1,12 +1,12 @@
 """An option means one thing wherever it stands, and one thing is asked for by one option."""
 
 from collections import defaultdict
-from collections.abc import Iterator
 from pathlib import Path
 
 import click
 import pytest
 from click.testing import CliRunner
+from support.click_tree import parameters
 
 from rig.cli.commands import cli
 from rig.cli.outputs import Output
@@ -24,17 +24,6 @@ BESIDE = {"log plot"}
 """Where a figure is all that a command makes, and its -o."""
 
 
-def options(command: click.Command, name: str = "") -> Iterator[tuple[str, click.Option]]:
-    """Every option of the command and of those below it, with the command that has it."""
-    yield from ((name, param) for param in command.params if isinstance(param, click.Option))
-    if isinstance(command, click.Group):
-        context = click.Context(command)
-        for item in command.list_commands(context):
-            inner = command.get_command(context, item)
-            assert inner is not None
-            yield from options(inner, f"{name} {item}".strip())
-
-
 def kind(option: click.Option) -> str:
     """What an option takes: nothing, a number, one of some words, a file of some kind, or a text of some form."""
     if option.is_flag:
@@ -48,7 +37,7 @@ def kind(option: click.Option) -> str:
     return f"a {option.type.name}" if option.metavar is None else option.metavar
 
 
-ALL = list(options(cli))
+ALL = [(name, param) for name, param in parameters(cli) if isinstance(param, click.Option)]
 
 
 def test_an_option_takes_the_same_wherever_it_stands() -> None:

@@ -4,13 +4,12 @@ import contextlib
 import json
 import os
 import stat
-from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
-import click
 import pytest
 from click.testing import CliRunner
+from support.click_tree import commands
 from support.records.made_logs import made_content, made_log
 
 from rig.app import shipped
@@ -26,7 +25,6 @@ WRITES = {
     "html",
     "figures",
     "figure",
-    "loops",
     "output",
     "out",
     "augmented-model",
@@ -36,19 +34,8 @@ WRITES = {
 MODEL = "configs/models/simulated.yaml"
 
 
-def commands(command: click.Command, name: str = "pamrig") -> Iterator[tuple[str, click.Command]]:
-    """Every command and group with its name."""
-    yield name, command
-    if isinstance(command, click.Group):
-        context = click.Context(command)
-        for each in command.list_commands(context):
-            inner = command.get_command(context, each)
-            assert inner is not None
-            yield from commands(inner, f"{name} {each}")
-
-
 def test_every_command_and_every_option_that_writes_keeps_the_rule() -> None:
-    for name, command in commands(cli):
+    for name, command in commands(cli, "pamrig"):
         assert name == "pamrig" or isinstance(command, Command), name
         for option in command.params:
             names = {opt.lstrip("-") for opt in option.opts}

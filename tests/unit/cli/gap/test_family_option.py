@@ -2,31 +2,18 @@
 
 import subprocess
 import sys
-from collections.abc import Iterator
 
 import click
 import pytest
 from click.testing import CliRunner
+from support.click_tree import parameters
 
 from hil.reference.names import NAMES
 from rig.cli.commands import cli
 
-
-def commands(group: click.Group, context: click.Context, path: str = "") -> Iterator[tuple[str, click.Command]]:
-    """Every command of the command line, by how it is called."""
-    for name in group.list_commands(context):
-        found = group.get_command(context, name)
-        assert found is not None
-        called = f"{path} {name}".strip()
-        yield called, found
-        if isinstance(found, click.Group):
-            yield from commands(found, context, called)
-
-
 ASKED = {
     f"{called} {option.opts[0]}": option
-    for called, command in commands(cli, click.Context(cli))
-    for option in command.params
+    for called, option in parameters(cli)
     if option.opts[0] in ("--family", "--leave-out")
 }
 
