@@ -20,19 +20,13 @@ from rig.gap.hypotheses.library import LIBRARY, UNKNOWN, effect_class
 from rig.gap.raw_tests.levels import loudness
 from rig.record import Column, Record
 
-ALSO_RIGHT: Final = {"co_contraction": {"valve"}, "leak": {"valve"}}
-"""Muscle effects that show on the valve side: both places count as right."""
 UNPREDICTABLE: Final = {name for name, effect in LIBRARY.items() if effect.signature}
 """Effects whose course a simulator cannot repeat, only their strength: their gap is the high-frequency rms."""
 EXCITED: Final = 2.0
 """Untouched records show an effect when their rms gap is this many floors; a stop that is never met can neither be
 closed nor missed."""
-ABSORBED: Final = {
-    "sensor_gain", "sensor_offset", "sensor_nonlinearity", "backlash", "gravity_load", "muscle_mismatch",
-    "coulomb_friction",
-}  # fmt: skip
-"""Effects that a fit of the simulator's own parameters absorbs, declared before any check: the muscles' curve and loop
-are free in it."""
+ABSORBED: Final = {name for name, effect in LIBRARY.items() if effect.absorbed}
+"""Effects that a fit of the simulator's own parameters absorbs."""
 FLAGS: Final = {Verdict.UNKNOWN, Verdict.PARTLY_EXPLAINED}
 """Verdicts that say something is there which the library does not hold."""
 
@@ -93,7 +87,7 @@ def _interval(gap: Mapping[str, Any]) -> tuple[float, float] | None:
 
 def _right(row: Row, first: Mapping[str, Any], facts: Facts, pressures: bool) -> Row:
     """The row with what of its answer fits the truth."""
-    also = (ALSO_RIGHT.get(effect, set()) for effect in row.effects)
+    also = (LIBRARY[effect].also_right for effect in row.effects if effect in LIBRARY)
     stages = {fact.stage for fact in facts.effects.values()}.union(*also)
     row = replace(
         row,

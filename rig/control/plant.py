@@ -10,14 +10,13 @@ from typing import Final
 import numpy as np
 
 from rig.excite.setpoints import around
+from rig.model.effect_stages import EFFECT_STAGES
 from rig.model.parameters import Model
 from rig.model.simulation import simulate
 from rig.record import Column, Record
 
 REST_S: Final = 4.0
 """At rest before anything moves: what is slow in a model (creep, tanks) has come to its end."""
-NOT_COMMANDED: Final = frozenset({"sensor_noise", "sensor_dropout", "mains_hum", "lost_samples", "quantisation"})
-"""Effects of the library that have no course of their own under a command."""
 
 
 @dataclass(frozen=True)
@@ -42,5 +41,5 @@ class Plant:
 
 def plant_of(model: Model, p0_mpa: float, period_ns: int, *, effects: bool = True) -> Plant:
     """The plant of a model, with those of its effects that a command can do something about, or without any."""
-    kept = [one for one in model.effects if effects and one.effect not in NOT_COMMANDED]
+    kept = [one for one in model.effects if effects and not EFFECT_STAGES[one.effect].in_samples]
     return Plant(replace(model, effects=kept), p0_mpa, period_ns * 1e-9)

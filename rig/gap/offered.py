@@ -16,8 +16,6 @@ from rig.model.parameters import Model
 from rig.record import Record
 
 VALVES: Final = "valve"
-TWO_MUSCLES: Final = frozenset({"co_contraction", "muscle_mismatch", "leak"})
-"""Effects of two pressures against each other: without them there is nothing to be unequal."""
 
 
 def channels_of_call(model: Model | None, records: Sequence[Record], baselines: Sequence[Sequence[Record]]) -> Channels:
@@ -39,7 +37,7 @@ def possible(
     return [
         name
         for name, effect in LIBRARY.items()
-        if (channels.has_valves or (effect.stage != VALVES and name not in TWO_MUSCLES))
+        if (channels.has_valves or not (effect.stage == VALVES or effect.two_muscles))
         and all(name in names for names in wanted)
     ]
 

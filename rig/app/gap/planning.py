@@ -16,10 +16,9 @@ from rig.excite.envelope import check_run
 from rig.excite.experiment import Entry, RunPlan, Sweep, Waves, expand, load_sweep
 from rig.gap.answer.result import Interval
 from rig.gap.answer.words.sizes import size
-from rig.gap.hypotheses.library import LIBRARY
+from rig.gap.hypotheses.library import LIBRARY, Allowed
 from rig.gap.plan.candidates import Room, candidates, lasting_s, planned, sweep_text
 from rig.gap.plan.capability import Ability, Capability, capability
-from rig.gap.plan.data_sheet import ALLOWED, Allowed
 from rig.gap.plan.design import Design, DetectionPower, appraise, design
 from rig.gap.plan.raw_ability import raw_abilities
 from rig.gap.plan.rehearse import rehearse, within
@@ -248,7 +247,7 @@ def rivals_of(pairs: Sequence[tuple[str, str]]) -> dict[str, list[str]]:
 
 def sheet_of(ability: Ability, channels: Channels) -> Allowed | None:
     """What a data sheet of the paper's parts allows; other rigs are made of other parts."""
-    return ALLOWED.get(ability.effect) if channels.has_valves else None
+    return LIBRARY[ability.effect].allowed if channels.has_valves else None
 
 
 def told_size(ability: Ability, value: float | None, channels: Channels) -> str:

@@ -19,7 +19,7 @@ from rig.gap.answer.result import Cause, Diagnosis, Ranked
 from rig.gap.answer.where import frequency_shares, over_time, phase_shares, region_shares
 from rig.gap.evidence.posterior import Posterior
 from rig.gap.hypotheses.fit import Fit
-from rig.gap.hypotheses.library import NONE, UNKNOWN
+from rig.gap.hypotheses.library import LIBRARY, NONE, UNKNOWN
 from rig.gap.hypotheses.scenes import PRESSURES
 from rig.gap.plan.next_experiment import what_next
 from rig.gap.raw_tests.signature import Signature
@@ -237,7 +237,7 @@ def _doubts(pairing: Pairing, name: str) -> tuple[str, ...]:
     """The notes that take a name back by half."""
     if name == NONE:
         return ()
-    return pairing.clipped + (pairing.elsewhere if name == "co_contraction" else ())
+    return pairing.clipped + (pairing.elsewhere if name != UNKNOWN and LIBRARY[name].as_another_p0 else ())
 
 
 def _doubted(pairing: Pairing, cause: Cause) -> Cause:

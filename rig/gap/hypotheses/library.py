@@ -74,6 +74,14 @@ class Law:
 
 
 @dataclass(frozen=True)
+class Allowed:
+    """A figure of a data sheet, in the unit of the effect's size: beside it a detectable one is read."""
+
+    size: float
+    what: str
+
+
+@dataclass(frozen=True)
 class Effect:
     """A cause that the diagnosis can name."""
 
@@ -86,8 +94,22 @@ class Effect:
     """Effects with the same word look alike even with pressures."""
     misfit: float = 0.1
     """Its laws' usual error where none was fitted (`Prior.laws`): what the best of them leaves of its own change, as a share of the rms."""
-    signature: bool = False
-    """Found by its signature, not by least squares."""
+    two_muscles: bool = False
+    """Of two pressures against each other: a rig without valves has nothing that could be unequal."""
+    as_another_p0: bool = False
+    """Commands about another mean pressure than the reference's look like it: where there were some, its name is half as sure."""
+    allowed: Allowed | None = None
+    """What a data sheet of the paper's parts says of this very effect (docs/reference/devices.md); None where it says nothing."""
+    absorbed: bool = False
+    """A fit of the simulator's own parameters absorbs it: the muscles' curve and loop are free in it. Declared before any blind check,
+    whose scoring alone reads it."""
+    also_right: tuple[str, ...] = ()
+    """Other stages at which it shows and which the scoring of the blind check, which alone reads it, counts as right."""
+
+    @property
+    def signature(self) -> bool:
+        """Found by its signature in the raw samples, not by least squares."""
+        return EFFECT_STAGES[self.laws[0].stage].in_samples
 
     @property
     def stage(self) -> str:
@@ -142,20 +164,24 @@ WIDTHS = (0.01, 0.03, 0.1, 0.3, 0.6, 1.0)
 """Of a friction or a play, in halves of the angle's range: up to one that hardly lets the joint move, which no descent
 finds from smaller ones."""
 TIMES = (0.004, 0.008, 0.016, 0.03, 0.06, 0.12, 0.25)
+ITV_SPAN_MPA = 0.5
+WDD35D8_SPAN_DEG = 345.0
+REPEATABILITY = Allowed(0.005 * ITV_SPAN_MPA, "SMC ITV: repeatability 0.5 % of full scale")
 
 _LIBRARY: tuple[Effect, ...] = (
     Effect("delay", (Law("delay", ("delay_s",), TIMES),), "everything late by the same time; grows with frequency, keeps shapes", "late", "delay"),
     Effect("clock_drift", (Law("clock_drift", ("drift",), (1e-4, 3e-4, 1e-3, 3e-3, 1e-2), signs=BOTH_SIGNS),),
            "a delay that grows steadily through each record", "clock", "clock"),
-    Effect("lost_samples", (Law("lost_samples", ("probability",), (0.01,)),), "values repeat exactly, then jump", "lost", "lost", signature=True),
+    Effect("lost_samples", (Law("lost_samples", ("probability",), (0.01,)),), "values repeat exactly, then jump", "lost", "lost"),
     Effect("valve_gain", (
         Law("valve_gain", ("gain",), FINE, signs=BOTH_SIGNS),
         Law("valve_gain", ("gain", "balance"), FINE, signs=BOTH_SIGNS, shapes=({"balance": 0.1}, {"balance": -0.1})),
         Law("valve_gain", ("gain",), FINE, shapes=ONE_VALVE),
-    ), "pressures in proportion to their set-points, off by a share", "gain", "valve_gain"),
+    ), "pressures in proportion to their set-points, off by a share", "gain", "valve_gain",
+           allowed=Allowed(0.01, "SMC ITV: linearity 1 % of full scale")),
     Effect("valve_offset", (
         Law("valve_offset", ("offset_mpa",), FINE[:5], signs=BOTH_SIGNS, shapes=(*ONE_VALVE, {"balance": 2.0})),
-    ), "one pressure (or the difference) off by a constant", "offset", "valve_offset"),
+    ), "one pressure (or the difference) off by a constant", "offset", "valve_offset", allowed=REPEATABILITY),
     Effect("valve_lag", (Law("valve_lag", ("tau_s",), TIMES, shapes=_both(*ONE_VALVE)),
                          *(Law("valve_filter", ("tau_s",), TIMES, shapes=({"poles": poles},)) for poles in (1.0, 2.0, 3.0)),
                          Law("valve_filter", ("tau_s",), TIMES, shapes=ONE_VALVE),
@@ -183,7 +209,8 @@ _LIBRARY: tuple[Effect, ...] = (
             bounds={"integral_s": (0.05, 10.0)}),
         Law("valve_dead_band", ("width_mpa",), HOLDS, "swing_mpa", shapes=tuple({"edge": edge} for edge in (0.1, 0.2, 0.3, 0.4, 0.6))),
         Law("valve_dead_band", ("width_mpa",), FAR, "swing_mpa", shapes=tuple({"edge": 1.0} | one for one in ONE_VALVE)),
-    ), "pressures stand still at turning points and stay short of the set-point", "play", "dead_band"),
+    ), "pressures stand still at turning points and stay short of the set-point", "play", "dead_band",
+           allowed=Allowed(0.002 * ITV_SPAN_MPA, "SMC ITV: sensitivity 0.2 % of full scale")),
     Effect("pressure_ceiling", (
         *_winding(Law("pressure_ceiling", ("ceiling_mpa",), (0.99, 0.97, 0.94, 0.9, 0.85, 0.78, 0.7, 0.55, 0.4, 0.2), "top_mpa")),
         *_winding(Law("low_supply", ("supply_mpa",), (1.4, 1.25, 1.15, 1.08, 1.03, 1.0, 0.95, 0.9, 0.8, 0.7, 0.55, 0.4, 0.2), "top_mpa")),
@@ -199,13 +226,14 @@ _LIBRARY: tuple[Effect, ...] = (
             bounds={"ratio": (0.02, 1.0)}),
     ), "filling falls behind, exhausting does not", "one_way", "one_way"),
     Effect("co_contraction", (Law("co_contraction", ("shift_mpa",), FINE, signs=BOTH_SIGNS),),
-           "both pressures off by the same constant; the angle's gain changes against it", "gain", "co_contraction"),
+           "both pressures off by the same constant; the angle's gain changes against it", "gain", "co_contraction",
+           two_muscles=True, as_another_p0=True, allowed=REPEATABILITY, also_right=("valve",)),
     Effect("muscle_mismatch", (Law("muscle_mismatch", ("mismatch",), FAR, signs=BOTH_SIGNS),),
-           "the angle is off, and its gain a little, as if one pressure counted more", "offset", "mismatch"),
+           "the angle is off, and its gain a little, as if one pressure counted more", "offset", "mismatch", two_muscles=True, absorbed=True),
     Effect("leak", (
         Law("leak", ("loss",), FAR, shapes=(*EITHER_MUSCLE, *CHOKED_LEAK)),
         Law("leak_ahead", ("loss",), FAR, shapes=(*EITHER_MUSCLE, *CHOKED_LEAK)),
-    ), "one pressure lower by a share; behind the monitor only the angle shows it", "offset", "mismatch"),
+    ), "one pressure lower by a share; behind the monitor only the angle shows it", "offset", "mismatch", two_muscles=True, also_right=("valve",)),
     Effect("creep", (
         Law("creep", ("share", "tau_s"), (0.02, 0.1), signs=BOTH_SIGNS, shapes=tuple({"tau_s": t, "relaxed": 0.0} for t in (0.7, 3.0, 12.0)),
             bounds={"tau_s": (0.4, 40.0)}),
@@ -221,7 +249,7 @@ _LIBRARY: tuple[Effect, ...] = (
     Effect("coulomb_friction", (Law("coulomb_friction", ("width_deg",), WIDTHS, "span_deg"),
                                 Law("coulomb_friction", ("width_deg",), (0.003, *WIDTHS), "span_deg", shapes=(FREE_JOINT,), like="backlash"),
                                 Law("coulomb_friction", ("width_deg",), (-0.01, -0.03, -0.1), "span_deg")),
-           "the loop is wider, or narrower, at every speed, with corners at turning points", "play", "play"),
+           "the loop is wider, or narrower, at every speed, with corners at turning points", "play", "play", absorbed=True),
     Effect("viscous_friction", (Law("viscous_friction", ("tau_s",), (0.01, 0.03, 0.1, 0.3)),
                                 Law("viscous_friction", ("tau_s",), TIMES, shapes=(FREE_JOINT,), like="sensor_lag"),
                                 Law("viscous_friction", ("tau_s",), (-0.01, -0.03))),
@@ -236,33 +264,35 @@ _LIBRARY: tuple[Effect, ...] = (
             bounds={"phase_deg": (-45.0, 45.0)}),
         Law("gravity_load", ("load_deg", "phase_deg"), (0.01, 0.05, 0.2), "span_deg", BOTH_SIGNS, bounds={"phase_deg": (-45.0, 45.0)},
             shapes=tuple(FREE_JOINT | {"phase_deg": phase} for phase in (-30.0, 0.0, 30.0)), like="sensor_nonlinearity"),
-    ), "gain and offset change together, bent like a sine of the angle", "offset", "gravity"),
+    ), "gain and offset change together, bent like a sine of the angle", "offset", "gravity", absorbed=True),
     Effect("stiffness", (
         Law("stiffness", ("stiffness",), (0.15, 0.4, 1.0), signs=BOTH_SIGNS),
         Law("stiffness", ("stiffness",), (0.02, 0.06, 0.2), signs=BOTH_SIGNS, shapes=({"spring": 1.0},)),
         Law("stiffness", ("stiffness", "load_deg"), (0.15, 0.4, 1.0), signs=BOTH_SIGNS, shapes=({"load_deg": 5.0}, {"load_deg": -5.0})),
     ), "friction, mass and weight all count less, or more, by the same share", "stiffness", "stiffness"),
     Effect("backlash", (Law("backlash", ("width_deg",), (0.003, *WIDTHS), "span_deg"),),
-           "the angle stands still after each turning point, then moves on short by the play", "play", "play"),
+           "the angle stands still after each turning point, then moves on short by the play", "play", "play", absorbed=True),
     Effect("end_stop", (
         Law("end_stop", ("high_deg", "give"), (0.97, 0.9, 0.8, 0.65, 0.45), "high_deg", bounds={"give": (0.0, 0.6)}),
         Law("end_stop", ("low_deg", "give"), (0.97, 0.9, 0.8, 0.65, 0.45), "low_deg", bounds={"give": (0.0, 0.6)}),
         Law("end_stop", ("high_deg", "low_deg", "give"), (0.97, 0.92, 0.86, 0.8, 0.72, 0.65, 0.55, 0.45), "high_deg", bounds={"give": (0.0, 0.6)}, shapes=BOTH_STOPS),
     ), "the angle is cut off at one height while the pressures go on", "cut", "stop"),
-    Effect("sensor_gain", (Law("sensor_gain", ("gain",), FINE, signs=BOTH_SIGNS),), "the angle is off in proportion to itself", "gain", "sensor_gain"),
-    Effect("sensor_offset", (Law("sensor_offset", ("offset_deg",), (0.005, 0.02, 0.1, 0.4), "span_deg", BOTH_SIGNS),), "the angle is off by a constant", "offset", "sensor_offset"),
+    Effect("sensor_gain", (Law("sensor_gain", ("gain",), FINE, signs=BOTH_SIGNS),), "the angle is off in proportion to itself", "gain", "sensor_gain", absorbed=True),
+    Effect("sensor_offset", (Law("sensor_offset", ("offset_deg",), (0.005, 0.02, 0.1, 0.4), "span_deg", BOTH_SIGNS),), "the angle is off by a constant", "offset", "sensor_offset", absorbed=True),
     Effect("sensor_drift", (Law("sensor_drift", ("rate_deg_min",), (0.02, 0.1, 0.5), "span_deg", BOTH_SIGNS),),
            "the angle wanders steadily through each record, whatever the excitation", "drift", "drift"),
     Effect("sensor_nonlinearity", (
         Law("sensor_nonlinearity", ("square", "cube"), (0.02, 0.1), signs=BOTH_SIGNS, shapes=({"cube": 0.0},)),
         Law("sensor_nonlinearity", ("cube", "square"), (0.02, 0.1), signs=BOTH_SIGNS, shapes=({"square": 0.0},)),
         Law("sensor_nonlinearity", ("cube", "square", "slope"), (0.05, 0.2), signs=BOTH_SIGNS, shapes=({"square": 0.0},)),
-    ), "the angle is bent: even and odd harmonics without delay", "bent", "bent"),
+    ), "the angle is bent: even and odd harmonics without delay", "bent", "bent", absorbed=True,
+           allowed=Allowed(0.01, "WDD35D8: linearity 1 %, the widest grade")),
     Effect("sensor_lag", tuple(Law("sensor_lag", ("tau_s",), TIMES, shapes=({"poles": poles},)) for poles in (1.0, 2.0, 4.0, 8.0)), "the angle is late and its corners are rounded", "late", "lag"),
-    Effect("quantisation", (Law("quantisation", ("step_deg",), (0.1,)),), "the angle takes only multiples of one step", "steps", "steps", signature=True),
-    Effect("mains_hum", (Law("mains_hum", ("amplitude_deg",), (0.1,)),), "a line at 50 or 60 Hz", "hum", "hum", signature=True),
-    Effect("sensor_noise", (Law("sensor_noise", ("std_deg",), (0.1,)),), "more noise at all frequencies", "noise", "noise", signature=True),
-    Effect("sensor_dropout", (Law("sensor_dropout", ("probability",), (0.01,)),), "samples fall to zero or to the end of the range and come back", "dropout", "dropout", signature=True),
+    Effect("quantisation", (Law("quantisation", ("step_deg",), (0.1,)),), "the angle takes only multiples of one step", "steps", "steps",
+           allowed=Allowed(WDD35D8_SPAN_DEG / 2**12, "myRIO, connectors A and B: 12 bits over the potentiometer's span")),
+    Effect("mains_hum", (Law("mains_hum", ("amplitude_deg",), (0.1,)),), "a line at 50 or 60 Hz", "hum", "hum"),
+    Effect("sensor_noise", (Law("sensor_noise", ("std_deg",), (0.1,)),), "more noise at all frequencies", "noise", "noise"),
+    Effect("sensor_dropout", (Law("sensor_dropout", ("probability",), (0.01,)),), "samples fall to zero or to the end of the range and come back", "dropout", "dropout"),
 )  # fmt: skip
 
 

@@ -20,10 +20,6 @@ class EffectParameter:
     """What the chain takes from the rig where the number is left out; empty: nothing, it stands at `neutral`."""
 
 
-AT_AN_ANGLE = ("end_stop",)
-"""Effects of the joint that stand at an angle of the sensor."""
-
-
 @dataclass(frozen=True)
 class EffectStage:
     """How one effect enters the chain (the form that `rig.model.chain` lays out)."""
@@ -42,10 +38,17 @@ class EffectStage:
     before: bool = False
     """Ahead of the slot's nominal stage, or after it."""
     exact: bool = False
-    """It may be put onto a measured response itself: the rest of the chain has no part in what it does there. In the
-    timing slot it then makes everything later, by `late`."""
+    """It may be put onto a measured response itself: the rest of the chain has no part in what it does there. Ahead of
+    the monitors it acts on what was measured behind them: a gain or an offset is one of the pressure. In the timing
+    slot it makes everything later, by `late`."""
     late: tuple[float, float] = (0.0, 0.0)
-    """(s, s/s) by how much, for each unit of its size: all along, and more for each second of the record."""
+    """(s, s/s) by how much, for each unit of its size: all along, and more for each second of the record. A rig that
+    does not change with time is late by as much as its command is."""
+    at_an_angle: bool = False
+    """Of the joint: it stands at an angle of the sensor, not at a distance from where the joint rests."""
+    in_samples: bool = False
+    """It is in the raw samples alone (noise, a line, steps, what is lost) and has no course of its own under a command:
+    a controller can do nothing about it, and a diagnosis reads it from the samples instead of fitting it."""
 
     @cached_property
     def parameters(self) -> tuple[str, ...]:
@@ -55,7 +58,7 @@ class EffectStage:
     @property
     def from_rest(self) -> bool:
         """It acts on how far the joint is from where it rests, whatever the sensor shows there."""
-        return self.slot is Slot.JOINT and self.effect not in AT_AN_ANGLE
+        return self.slot is Slot.JOINT and not self.at_an_angle
 
     def neutral(self) -> dict[str, float]:
         """The parameters that leave the chain as it is (with shapes at their usual values)."""

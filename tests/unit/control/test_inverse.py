@@ -9,13 +9,12 @@ from rig.app import shipped
 from rig.control.feedforward import Inverter, envelope_box
 from rig.control.frequency_response import best_linear_approximation
 from rig.control.inverse import ANYTHING, Box, Inverse, invert
-from rig.control.plant import NOT_COMMANDED, Plant, plant_of
+from rig.control.plant import Plant, plant_of
 from rig.errors import EnvelopeError
 from rig.excite.experiment import RunPlan
 from rig.excite.reference import Reference, tracking
 from rig.excite.signals import Mixed, Signal, Sine, Triangle
 from rig.gains import ClosedLoop
-from rig.model.effect_stages import EFFECT_STAGES
 from rig.model.parameters import AddedEffect, Model, load_model
 from rig.realtime.guard import Limits
 
@@ -74,7 +73,6 @@ def test_a_dead_time_is_met_by_preview(model: Model) -> None:
 
 
 def test_what_no_command_changes_is_left_out(model: Model) -> None:
-    assert set(EFFECT_STAGES) >= NOT_COMMANDED
     noisy = [AddedEffect("sensor_noise", {"std_deg": 3.0}), AddedEffect("valve_gain", {"gain": 0.1})]
     plant = plant_of(replace(model, effects=noisy), 0.2, PERIOD_NS)
     assert [one.effect for one in plant.model.effects] == ["valve_gain"]

@@ -1,7 +1,7 @@
 """What `pamrig gap study absorbed` does: how much of each effect a fit of the simulator's own parameters absorbs, on
 development units of the families that may be fitted on.
 
-It is how the check's list of absorbed effects (`rig.blind_check.score.ABSORBED`) is declared before any case is scored.
+It is how the absorbed effects (`absorbed` in `rig.gap.hypotheses.library`) are declared before any case is scored.
 """
 
 from collections.abc import Callable, Iterator, Sequence

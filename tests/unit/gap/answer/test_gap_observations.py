@@ -99,5 +99,8 @@ def test_samples_that_were_taken_out_before_anything_is_compared_are_a_part_of_t
     effect: str, taken_out: bool
 ) -> None:
     size = {next(iter(EFFECT_STAGES[effect].neutral())): Size(0.2, 0.19, 0.21)}
-    few, many = (told(replace(signature(v, effect), sizes=size), 3, False).causes[0] for v in (1e-6, 4.0))
+    few, many = (
+        told(replace(signature(v, effect), sizes=size, taken_out_deg2=v if taken_out else 0.0), 3, False).causes[0]
+        for v in (1e-6, 4.0)
+    )
     assert (many.gap_before_deg**2 - few.gap_before_deg**2 > 3.9) is taken_out
