@@ -43,7 +43,7 @@ class Driver(Protocol):
 
 
 @dataclass(frozen=True)
-class Entry:
+class CatalogEntry:
     """One driver of the catalogue, imported."""
 
     kind: str
@@ -55,15 +55,15 @@ class Entry:
         return summary_of(self.driver)
 
 
-def entry(kind: str, where: str = "the rig's config") -> Entry:
+def entry(kind: str, where: str = "the rig's config") -> CatalogEntry:
     """The driver called `kind`; ConfigError when there is none, or when its vendor's package is missing."""
     if kind not in KINDS and kind in plugins.names(plugins.DEVICES):
-        return Entry(kind, cast(Driver, plugins.load(plugins.DEVICES, kind)))
+        return CatalogEntry(kind, cast(Driver, plugins.load(plugins.DEVICES, kind)))
     if kind not in KINDS:
         raise ConfigError(f"{where}: unknown kind of device {kind!r}; {suggest(kind, kinds())}")
     module, _, name = KINDS[kind].partition(":")
     try:
-        return Entry(kind, cast(Driver, getattr(importlib.import_module(module), name)))
+        return CatalogEntry(kind, cast(Driver, getattr(importlib.import_module(module), name)))
     except ModuleNotFoundError as error:
         raise ConfigError(
             f"{where}: the kind {kind!r} needs the Python package {error.name!r}, which is not installed"

@@ -44,7 +44,7 @@ class Measured:
 
 
 @dataclass(frozen=True)
-class Fit:
+class CurveFit:
     """A fitted curve; residual and uncertainty in the unit of the value, None when the points leave nothing to judge
     by."""
 
@@ -71,7 +71,7 @@ def calibrate(role: Role, measured: Measured, date: str, where: str) -> Calibrat
         raise ConfigError(f"{where}: {role.value}: {error}") from None
 
 
-def fit_points(points: Points, form: Form, reference_uncertainty: float = 0.0) -> Fit:
+def fit_points(points: Points, form: Form, reference_uncertainty: float = 0.0) -> CurveFit:
     """The curve through `points`; ValueError when they are too few, not finite, or do not run one way."""
     if len(points) < LEAST_POINTS:
         raise ValueError(f"{len(points)} points are too few; at least {LEAST_POINTS} are needed")
@@ -83,7 +83,7 @@ def fit_points(points: Points, form: Form, reference_uncertainty: float = 0.0) -
     return fit
 
 
-def fit_line(points: Points, reference_uncertainty: float) -> Fit:
+def fit_line(points: Points, reference_uncertainty: float) -> CurveFit:
     """Least squares; the knots are its ends. The uncertainty is that of a new reading at the worse end."""
     n = len(points)
     mean_raw, mean_value = fmean(raw for raw, _ in points), fmean(value for _, value in points)
@@ -96,13 +96,13 @@ def fit_line(points: Points, reference_uncertainty: float) -> Fit:
     line = curve(knots) if slope else lambda raw: mean_value
     squares = sum((value - line(raw)) ** 2 for raw, value in points)
     if n == 2:
-        return Fit(knots, None, reference_uncertainty or None)
+        return CurveFit(knots, None, reference_uncertainty or None)
     leverage = 1.0 / n + max(mean_raw - low, high - mean_raw) ** 2 / spread
     scatter = squares / (n - 2)
-    return Fit(knots, math.sqrt(squares / n), math.sqrt(scatter * (1.0 + leverage) + reference_uncertainty**2))
+    return CurveFit(knots, math.sqrt(squares / n), math.sqrt(scatter * (1.0 + leverage) + reference_uncertainty**2))
 
 
-def fit_pieces(points: Points, reference_uncertainty: float) -> Fit:
+def fit_pieces(points: Points, reference_uncertainty: float) -> CurveFit:
     """Knots at the mean of each group of equal raw readings.
 
     The scatter comes from the repeats; without repeats, from how far each inner knot lies from the line of its
@@ -123,8 +123,8 @@ def fit_pieces(points: Points, reference_uncertainty: float) -> Fit:
         ]
         scatter = fmean(bend**2 for bend in bends)
     else:
-        return Fit(knots, None, reference_uncertainty or None)
-    return Fit(knots, math.sqrt(squares / len(points)), math.sqrt(scatter + reference_uncertainty**2))
+        return CurveFit(knots, None, reference_uncertainty or None)
+    return CurveFit(knots, math.sqrt(squares / len(points)), math.sqrt(scatter + reference_uncertainty**2))
 
 
 def _potentiometer(measured: Measured, date: str) -> Potentiometer:
@@ -139,7 +139,7 @@ def _potentiometer(measured: Measured, date: str) -> Potentiometer:
     return Potentiometer(fit.knots, measured.pot_ohm, measured.load_ohm, taken=_taken(measured, fit, date))
 
 
-def _taken(measured: Measured, fit: Fit, date: str) -> Taken:
+def _taken(measured: Measured, fit: CurveFit, date: str) -> Taken:
     return Taken(
         date, measured.form.value, list(measured.points), fit.residual, fit.uncertainty, dict(measured.serial_numbers)
     )

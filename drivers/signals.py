@@ -7,7 +7,7 @@ from typing import Final
 from rig.fields import bounded
 
 
-class Signal(StrEnum):
+class SignalRange(StrEnum):
     """A current or voltage range, as the regulator's order code names it (SMC ITV10/20/30 catalogue)."""
 
     V_0_5 = "0-5 V"
@@ -41,11 +41,11 @@ class Signal(StrEnum):
 
 
 _RANGES: Final = {
-    Signal.V_0_5: (0.0, 5.0),
-    Signal.V_0_10: (0.0, 10.0),
-    Signal.V_1_5: (1.0, 5.0),
-    Signal.MA_4_20: (4.0, 20.0),
-    Signal.MA_0_20: (0.0, 20.0),
+    SignalRange.V_0_5: (0.0, 5.0),
+    SignalRange.V_0_10: (0.0, 10.0),
+    SignalRange.V_1_5: (1.0, 5.0),
+    SignalRange.MA_4_20: (4.0, 20.0),
+    SignalRange.MA_0_20: (0.0, 20.0),
 }
 
 
@@ -53,7 +53,7 @@ _RANGES: Final = {
 class Span:
     """A signal and the pressures at its two ends; a setting of each valve and each monitor."""
 
-    signal: Signal
+    signal: SignalRange
     low_mpa: float = bounded(-0.1, 1.0, "MPa", default=0.0)
     high_mpa: float = bounded(0.001, 1.0, "MPa", default=0.5)
 

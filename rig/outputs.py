@@ -29,7 +29,7 @@ FIGURE_SUFFIXES: Final = (".png", ".svg", ".pdf")
 _FIGURE_HEADS: Final = {".png": b"\x89PNG", ".pdf": b"%PDF"}
 
 
-class Kind(Enum):
+class OutputKind(Enum):
     """What a file written by a command is; the value is its name in a message."""
 
     JSON = "a JSON file"
@@ -67,29 +67,31 @@ _KEPT_JSON: Final = (".ipynb", ".jsonl", "-metadata.json")
 """Ends of names of JSON that is no result: notebooks, ledgers, the facts beside an exported CSV."""
 
 
-_SIGNS: Final[dict[Kind, Callable[[bytes], bool]]] = {
-    Kind.LEVELS: lambda head: _key(b"provenance")(head) and not _is_model(head),  # a model says where it is from, too
-    Kind.JSON: lambda head: head.lstrip()[:1] in (b"{", b"[") and not _is_hunt(head) and not _is_seal(head),
-    Kind.HUNT: lambda head: _is_hunt(head) is not None,
-    Kind.METRICS: lambda head: head.startswith(b"# HELP pamrig_"),
-    Kind.PAGE: lambda head: head.lstrip()[:5].lower() in (b"<!doc", b"<html"),
-    Kind.TABLE: lambda head: head.startswith((b"record,", b"| record")),
-    Kind.MODEL: _is_model,
-    Kind.SWEEP: _key(b"records"),
-    Kind.MAPPING: _key(b"columns"),
-    Kind.RIG: _key(b"devices"),
-    Kind.CALIBRATION: _key(rb"valve_\d+", rb"monitor_\d+", b"angle"),
+_SIGNS: Final[dict[OutputKind, Callable[[bytes], bool]]] = {
+    OutputKind.LEVELS: lambda head: (
+        _key(b"provenance")(head) and not _is_model(head)
+    ),  # a model says where it is from, too
+    OutputKind.JSON: lambda head: head.lstrip()[:1] in (b"{", b"[") and not _is_hunt(head) and not _is_seal(head),
+    OutputKind.HUNT: lambda head: _is_hunt(head) is not None,
+    OutputKind.METRICS: lambda head: head.startswith(b"# HELP pamrig_"),
+    OutputKind.PAGE: lambda head: head.lstrip()[:5].lower() in (b"<!doc", b"<html"),
+    OutputKind.TABLE: lambda head: head.startswith((b"record,", b"| record")),
+    OutputKind.MODEL: _is_model,
+    OutputKind.SWEEP: _key(b"records"),
+    OutputKind.MAPPING: _key(b"columns"),
+    OutputKind.RIG: _key(b"devices"),
+    OutputKind.CALIBRATION: _key(rb"valve_\d+", rb"monitor_\d+", b"angle"),
 }
 """How a file shows its kind in its first bytes."""
 
 
-def check_place(path: Path, kind: Kind, *, make_folder: bool = False) -> None:
+def check_place(path: Path, kind: OutputKind, *, make_folder: bool = False) -> None:
     """RigError, one line, when nothing of that kind may be written to `path`. To be asked before the work; `writing`
     asks again.
 
     With `make_folder` its folder need not be there yet.
     """
-    if kind is Kind.FIGURE and path.suffix.lower() not in FIGURE_SUFFIXES:
+    if kind is OutputKind.FIGURE and path.suffix.lower() not in FIGURE_SUFFIXES:
         raise RigError(f"{path}: a figure is written as {', '.join(FIGURE_SUFFIXES)}")
     try:
         why = _refusal(path, kind, make_folder)
@@ -97,22 +99,22 @@ def check_place(path: Path, kind: Kind, *, make_folder: bool = False) -> None:
         why = "no file can have that name"
     if why:
         raise RigError(f"{path}: cannot be written: {why}")
-    if os.path.isfile(path) and kind is not Kind.FOLDER:
+    if os.path.isfile(path) and kind is not OutputKind.FOLDER:
         _check_replaceable(path, kind)
 
 
-def _refusal(path: Path, kind: Kind, make_folder: bool) -> str:
+def _refusal(path: Path, kind: OutputKind, make_folder: bool) -> str:
     """What stands against the place itself; empty for nothing."""
-    if kind is Kind.FOLDER:
+    if kind is OutputKind.FOLDER:
         make_folder = True
         if os.path.isdir(path):
             return "" if os.access(path, os.W_OK) else "not allowed there"
-    if os.path.exists(path) and os.path.isdir(path) != (kind is Kind.FOLDER):
+    if os.path.exists(path) and os.path.isdir(path) != (kind is OutputKind.FOLDER):
         return (
             "it is a folder"
             if os.path.isdir(path)
             else ""
-            if kind is not Kind.FOLDER
+            if kind is not OutputKind.FOLDER
             else "it is a file, and a folder is wanted"
         )
     if _is_stream(path):
@@ -147,7 +149,7 @@ def make_folder(path: Path) -> None:
 
 
 @contextlib.contextmanager
-def writing(path: Path, kind: Kind) -> Iterator[Path]:
+def writing(path: Path, kind: OutputKind) -> Iterator[Path]:
     """The place to write to, which becomes `path` at the end and vanishes after an error; folders on the way are made.
 
     Its name has no suffix: what is left of a command that was killed passes for nothing that somebody looks for in a
@@ -171,7 +173,7 @@ def writing(path: Path, kind: Kind) -> Iterator[Path]:
             part.unlink(missing_ok=True)
 
 
-def write_text(path: Path, text: str, kind: Kind) -> None:
+def write_text(path: Path, text: str, kind: OutputKind) -> None:
     """Write a whole text file by the rule; a name in it that is no UTF-8 is spelled out."""
     with writing(path, kind) as part:
         part.write_bytes(text.encode("utf-8", "backslashreplace"))
@@ -209,8 +211,8 @@ def targets_in(folder: Path, names: Iterable[str], suffix: str) -> list[Path]:
     return made
 
 
-def _check_replaceable(path: Path, kind: Kind) -> None:
-    if kind is Kind.RECORDING:
+def _check_replaceable(path: Path, kind: OutputKind) -> None:
+    if kind is OutputKind.RECORDING:
         raise RigError(f"{path}: exists already and is not overwritten; give another name")
     try:
         with path.open("rb") as file:
@@ -221,19 +223,19 @@ def _check_replaceable(path: Path, kind: Kind) -> None:
         raise RigError(f"{path}: exists already and is not {kind.value}; it is not overwritten")
 
 
-def _shows(path: Path, head: bytes, kind: Kind) -> bool:
-    if kind is Kind.FIGURE and (sign := _FIGURE_HEADS.get(path.suffix.lower())):
+def _shows(path: Path, head: bytes, kind: OutputKind) -> bool:
+    if kind is OutputKind.FIGURE and (sign := _FIGURE_HEADS.get(path.suffix.lower())):
         return head.startswith(sign)
     if b"\0" in head:  # a recording keeps rig, sweep and model in its first bytes, word for word
         return False
-    if path.suffix == ".md" and kind is Kind.PAGE:
+    if path.suffix == ".md" and kind is OutputKind.PAGE:
         return head.startswith((b"#", b"|")) and _has_table(head) is not None  # somebody's notes have none
-    if kind is Kind.FIGURE:
+    if kind is OutputKind.FIGURE:
         return b"<svg" in head
     return not path.name.endswith(_KEPT_JSON) and _SIGNS[kind](head)
 
 
-def _finish(part: Path, target: Path, kind: Kind) -> None:
+def _finish(part: Path, target: Path, kind: OutputKind) -> None:
     """Onto the disk, then under its name; a file that was there keeps its mode."""
     descriptor = os.open(part, os.O_RDONLY)
     try:

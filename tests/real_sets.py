@@ -28,7 +28,7 @@ from rig.channels import Channel, Channels
 from rig.errors import RecordError, RigError
 from rig.gap.diagnosis import diagnose
 from rig.identify.records.data import Options
-from rig.log.foreign.mapping import Mapping, Source, read_mapped
+from rig.log.foreign.mapping import ColumnSource, Mapping, read_mapped
 from rig.log.reader import record_from_columns, stem
 from rig.model.parameters import Model
 from rig.own_units import own_plain
@@ -71,7 +71,11 @@ def _mounting(folder: Path, as_joint: bool) -> list[list[Record]]:
 
 def _damper_record(file: Path, as_joint: bool) -> Record:
     channels = Channels(DISPLACEMENT, FORCE)
-    columns = {"t_s": Source("t_s", "s"), "input": Source("displacement_in"), "output": Source("friction_force_kip")}
+    columns = {
+        "t_s": ColumnSource("t_s", "s"),
+        "input": ColumnSource("displacement_in"),
+        "output": ColumnSource("friction_force_kip"),
+    }
     table, facts = read_mapped(file, Mapping(columns, channels, facts={"session": file.parent.name}))
     if as_joint:
         seen = Channels(DISPLACEMENT, SEAT)
@@ -105,7 +109,11 @@ def _first_full_stroke(course: Column) -> int:
 
 def servo(folder: Path) -> dict[str, list[Record]]:
     """Gain -> its three trajectories."""
-    columns = {"t_s": Source("t_s", "s"), "input": Source("goal_rad"), "output": Source("position_rad")}
+    columns = {
+        "t_s": ColumnSource("t_s", "s"),
+        "input": ColumnSource("goal_rad"),
+        "output": ColumnSource("position_rad"),
+    }
     found = {}
     for gain in GAINS:
         read = [(file, read_mapped(file, Mapping(columns, SERVO))) for file in sorted((folder / gain).glob("*.csv.gz"))]

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Final
 
 from drivers.io_process.lookup import find
-from drivers.io_process.mailbox import LinkState, Mailbox, attach
+from drivers.io_process.mailbox import IoMailbox, LinkState, attach
 from rig.errors import DeviceLost, DevicePending
 
 LOOK_S: Final = 0.0005
@@ -37,7 +37,7 @@ def alarm(resource: str, patience_s: float) -> bool:
         mailbox.close()
 
 
-def _alarmed(mailbox: Mailbox, path: Path, resource: str, patience_s: float) -> bool:
+def _alarmed(mailbox: IoMailbox, path: Path, resource: str, patience_s: float) -> bool:
     """An alarm that is not done yet is not raised anew: on a slow wire it would never be done."""
     under_way = mailbox.report().alarm_done < mailbox.alarm
     count = mailbox.alarm if under_way else mailbox.raise_alarm()
@@ -84,14 +84,14 @@ def let_go_on(pid: int) -> None:
             os.kill(pid, signal.SIGCONT)
 
 
-def _let_go_on(mailbox: Mailbox) -> None:
+def _let_go_on(mailbox: IoMailbox) -> None:
     """The same to the process behind a mailbox, which may be another user's."""
     with mailbox.process() as process, contextlib.suppress(OSError):
         if process is not None:
             signal.pidfd_send_signal(process, signal.SIGCONT)
 
 
-def _end(mailbox: Mailbox, path: Path) -> None:
+def _end(mailbox: IoMailbox, path: Path) -> None:
     """Kill the I/O process that holds the lock of the mailbox at `path`, and wait until it has let go."""
     with mailbox.process() as process, contextlib.suppress(OSError):
         # it is still the one that was written down, and no later pid

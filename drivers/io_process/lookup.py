@@ -13,7 +13,7 @@ import tempfile
 from pathlib import Path
 from typing import Final
 
-from drivers.io_process.mailbox import Mailbox, attach, is_held
+from drivers.io_process.mailbox import IoMailbox, attach, is_held
 from rig.errors import DeviceLost
 
 _ACCESS_LIST: Final = "system.posix_acl_access"
@@ -32,7 +32,7 @@ def _named(resource: str) -> str:
     return hashlib.sha256(resource.encode()).hexdigest()[:16]
 
 
-def find(resource: str) -> tuple[Path, Mailbox] | None:
+def find(resource: str) -> tuple[Path, IoMailbox] | None:
     """The mailbox of the living I/O process that serves a wire, whoever started it; None when there is none. DeviceLost
     when it takes no orders from us, because it is another user's."""
     own = path_for(resource)

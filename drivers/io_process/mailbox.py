@@ -1,6 +1,6 @@
 """The mailbox between a device and its I/O process: one small file in shared memory, and the two notes that lie in it.
 
-The owner (the loop) leaves an `Order`, the I/O process leaves a `Report`; each note is published whole, the newest
+The owner (the loop) leaves an `OwnerOrder`, the I/O process leaves a `Report`; each note is published whole, the newest
 replaces the one before, and neither side ever waits for the other. A third process (the supervisor) may raise the
 alarm. Nothing here knows a wire or a device. Linux: the file lies in /dev/shm and lives as long as somebody holds its
 lock.
@@ -32,7 +32,7 @@ _START_NS: Final = 2_000_000_000
 _MAGIC: Final = b"PAMRIO03"
 
 
-class Mode(IntEnum):
+class OutputsMode(IntEnum):
     """What the owner wants of the outputs."""
 
     NONE = 0
@@ -67,12 +67,12 @@ class Trip(IntEnum):
     ALARM = 4
 
 
-class Order(NamedTuple):
+class OwnerOrder(NamedTuple):
     """From the owner: what to write, and when it last said so."""
 
     number: int = 0
     stamp_ns: int = 0
-    mode: Mode = Mode.NONE
+    mode: OutputsMode = OutputsMode.NONE
     outputs: tuple[float, ...] = ()
 
 
@@ -143,7 +143,7 @@ _SEEN_BY_ALL: Final = 0o644
 """Who may not write may still see that the lock is held."""
 
 
-class Mailbox:
+class IoMailbox:
     """A mapped mailbox file. The lock on its file tells whether an I/O process lives behind it."""
 
     def __init__(self, descriptor: int) -> None:
@@ -157,24 +157,25 @@ class Mailbox:
         """Pid, after how long it is stuck, from when on that counts (ns), and whether it is the I/O process."""
         self.order_note = _Note(self.view, _ORDER_AT, _ORDER)
         self._report = _Note(self.view, _REPORT_AT, _REPORT)
-        self._last_order, self._last_report = Order(), Report()
+        self._last_order, self._last_report = OwnerOrder(), Report()
 
     @property
     def valid(self) -> bool:
         """Whether this is a mailbox of this version at all."""
         return bytes(self.view[:8]) == _MAGIC
 
-    def post_order(self, stamp_ns: int, mode: Mode, outputs: tuple[float, ...]) -> int:
+    def post_order(self, stamp_ns: int, mode: OutputsMode, outputs: tuple[float, ...]) -> int:
         """Replace the order; returns its number."""
         padded = (*outputs, *(0.0,) * (MAX_OUTPUTS - len(outputs)))
         return self.order_note.put(stamp_ns, mode, len(outputs), *padded)
 
-    def order(self) -> Order:
+    def order(self) -> OwnerOrder:
         """The newest whole order."""
         if found := self.order_note.get():
             number, (stamp_ns, mode, count, *outputs) = found
             with contextlib.suppress(ValueError):  # a mode that no process of ours writes
-                self._last_order = Order(number, _int(stamp_ns), Mode(_int(mode)), tuple(outputs[: _int(count)]))  # type: ignore[arg-type]
+                wanted = OutputsMode(_int(mode))
+                self._last_order = OwnerOrder(number, _int(stamp_ns), wanted, tuple(outputs[: _int(count)]))  # type: ignore[arg-type]
         return self._last_order
 
     def post_report(self, report: Report) -> None:
@@ -246,7 +247,7 @@ class Mailbox:
         """The device has confirmed the safe outputs since they were asked for last, by an alarm or by the owner, and
         nothing else may follow."""
         order, report = self.order(), self.report()
-        asked = report.trip is not Trip.NONE or (order.mode is Mode.SAFE and report.order_done >= order.number)
+        asked = report.trip is not Trip.NONE or (order.mode is OutputsMode.SAFE and report.order_done >= order.number)
         return report.holds_safe and asked and report.alarm_done >= self.alarm
 
     def close(self) -> None:
@@ -294,17 +295,17 @@ def create(path: Path) -> int | None:
     return descriptor
 
 
-def mapped(path: Path) -> Mailbox:
+def mapped(path: Path) -> IoMailbox:
     """The mailbox at `path` by a descriptor of its own, which carries no lock: the owner's view of what its I/O process
     holds."""
     descriptor = os.open(path, os.O_RDWR | os.O_CLOEXEC | os.O_NOFOLLOW)
     try:
-        return Mailbox(descriptor)
+        return IoMailbox(descriptor)
     finally:
         os.close(descriptor)
 
 
-def attach(path: Path) -> Mailbox | None:
+def attach(path: Path) -> IoMailbox | None:
     """The mailbox of a living I/O process; None when there is none. PermissionError for another user's."""
     try:
         descriptor = os.open(path, os.O_RDWR | os.O_CLOEXEC | os.O_NOFOLLOW | os.O_NONBLOCK)
@@ -315,7 +316,7 @@ def attach(path: Path) -> Mailbox | None:
     try:
         if not is_held(descriptor) or os.fstat(descriptor).st_size != _SIZE:
             return None
-        mailbox = Mailbox(descriptor)
+        mailbox = IoMailbox(descriptor)
         return mailbox if mailbox.valid else None
     finally:
         os.close(descriptor)

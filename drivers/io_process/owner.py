@@ -14,8 +14,8 @@ from typing import Final
 
 from drivers.io_process.alarm import LOOK_S, NOT_YET, is_stopped, let_go_on
 from drivers.io_process.lookup import find, path_for, user_of
-from drivers.io_process.mailbox import LinkState, Mailbox, Mode, Report, Trip, create, mapped, remove
-from drivers.io_process.worker import Job
+from drivers.io_process.mailbox import IoMailbox, LinkState, OutputsMode, Report, Trip, create, mapped, remove
+from drivers.io_process.worker import WorkerSetup
 from rig.errors import DeviceError, DeviceLost, DevicePending
 
 _START_S: Final = 10.0
@@ -33,17 +33,17 @@ _WHY: Final = {
 class IoProcess:
     """One wire served by a process of its own. `resource` names the wire (a device file, or host:port)."""
 
-    def __init__(self, resource: str, job: Job, rescue: Job, hang_ns: int) -> None:
+    def __init__(self, resource: str, job: WorkerSetup, rescue: WorkerSetup, hang_ns: int) -> None:
         """`rescue`: its job where only the safe outputs are wanted. `hang_ns`: an I/O process that has not moved for
         this long is stuck in the kernel, or starved."""
         self.resource = resource
         self._job, self._rescue, self._hang_ns = job, rescue, hang_ns
         self._path: Path = path_for(resource)
         self._process: subprocess.Popen[bytes] | None = None
-        self._mailbox: Mailbox | None = None
+        self._mailbox: IoMailbox | None = None
         self._wake: int | None = None
         """Our end of the pipe that wakes it, and whose end tells it that we are gone."""
-        self._mode = Mode.NONE
+        self._mode = OutputsMode.NONE
         self._seen_errors = 0
         self._began_ns = self._woken_ns = 0
 
@@ -77,7 +77,7 @@ class IoProcess:
         self._begin(self._rescue)
         self.safe(0.0)
 
-    def _begin(self, job: Job) -> None:
+    def _begin(self, job: WorkerSetup) -> None:
         """Start the process without waiting for it, which takes milliseconds."""
         if (found := find(self.resource)) is not None:
             found[1].close()
@@ -90,7 +90,7 @@ class IoProcess:
         its_end, self._wake = os.pipe2(os.O_CLOEXEC)
         try:
             self._mailbox = mapped(self._path)
-            self._mode, self._seen_errors = Mode.NONE, 0
+            self._mode, self._seen_errors = OutputsMode.NONE, 0
             self._began_ns = time.monotonic_ns()
             os.write(self._wake, json.dumps(job._asdict()).encode() + b"\n")  # before: it needs nobody any more then
             self._process = subprocess.Popen(
@@ -161,15 +161,15 @@ class IoProcess:
 
     def touch(self) -> None:
         """Say that the owner lives, without ordering anything new."""
-        if self._mode is Mode.DRIVE:
-            self._order(Mode.DRIVE, self._outputs)
+        if self._mode is OutputsMode.DRIVE:
+            self._order(OutputsMode.DRIVE, self._outputs)
 
     def drive(self, outputs: tuple[float, ...]) -> None:
         """Order new outputs; they replace any that were not written yet."""
         self.report()
-        self._order(Mode.DRIVE, outputs)
+        self._order(OutputsMode.DRIVE, outputs)
 
-    def _order(self, mode: Mode, outputs: tuple[float, ...]) -> int:
+    def _order(self, mode: OutputsMode, outputs: tuple[float, ...]) -> int:
         assert self._mailbox
         assert self._wake is not None
         self._mode, self._outputs = mode, outputs
@@ -211,9 +211,9 @@ class IoProcess:
         """An order that stands is not given anew: on a slow wire it would never be done. On a lost one it makes it try
         again at once."""
         assert self._mailbox
-        if self._mode is Mode.SAFE and report.state is LinkState.UP:
+        if self._mode is OutputsMode.SAFE and report.state is LinkState.UP:
             return self._mailbox.order().number
-        return self._order(Mode.SAFE, self._job.safe)
+        return self._order(OutputsMode.SAFE, self._job.safe)
 
     def _go_on(self) -> None:
         """Let the process go on if somebody stopped it."""
@@ -229,17 +229,17 @@ class IoProcess:
             raise DeviceLost(
                 f"{self.resource}: the safe set-points could not be written: its I/O process does not move"
             )
-        if self._mode is Mode.SAFE and not self._mailbox.confirmed:
+        if self._mode is OutputsMode.SAFE and not self._mailbox.confirmed:
             raise DevicePending(f"{self.resource}: {NOT_YET}")
-        return self._mode is Mode.SAFE
+        return self._mode is OutputsMode.SAFE
 
     def stop(self, patience_s: float = 3.0) -> None:
         """Let go: outputs stay; a safe order still on its way is finished first, if its line is up. Idempotent; never
         raises."""
         process, mailbox = self._process, self._mailbox
         self._process = self._mailbox = None
-        if mailbox is not None and (self._mode is Mode.DRIVE or mailbox.report().state is LinkState.DOWN):
-            mailbox.post_order(time.monotonic_ns(), Mode.RELEASED, ())
+        if mailbox is not None and (self._mode is OutputsMode.DRIVE or mailbox.report().state is LinkState.DOWN):
+            mailbox.post_order(time.monotonic_ns(), OutputsMode.RELEASED, ())
         if process is not None:
             assert process.stderr
             let_go_on(process.pid)
@@ -254,7 +254,7 @@ class IoProcess:
             mailbox.close()
         self._close_pipe()
         remove(self._path)
-        self._mode = Mode.NONE
+        self._mode = OutputsMode.NONE
 
     def _close_pipe(self) -> None:
         wake, self._wake = self._wake, None

@@ -2,7 +2,7 @@
 
 It owns the wire, so nothing that a wire does can hold up the loop: silence, slow replies, reconnecting. It also guards
 the outputs: when the owner falls silent, dies, or the wire comes back after an outage, it writes the safe outputs by
-itself and keeps to them (`Trip`). What the wire speaks is the business of a `Link`; this file knows none.
+itself and keeps to them (`Trip`). What the wire speaks is the business of a `WireLink`; this file knows none.
 """
 
 import contextlib
@@ -15,7 +15,7 @@ import time
 from collections.abc import Mapping
 from typing import Any, Final, NamedTuple, Protocol, cast
 
-from drivers.io_process.mailbox import LinkState, Mailbox, Mode, Report, Trip, remove_own
+from drivers.io_process.mailbox import IoMailbox, LinkState, OutputsMode, Report, Trip, remove_own
 from rig.errors import DeviceError, DeviceLost
 
 _IDLE_MS: Final = 2
@@ -37,7 +37,7 @@ class Exchange(NamedTuple):
     """Go on at once; False: nothing more to do until something new is ordered."""
 
 
-class Link(Protocol):
+class WireLink(Protocol):
     """One wire and what it speaks."""
 
     def connect(self) -> Mapping[str, str]:
@@ -55,7 +55,7 @@ class Link(Protocol):
         """Let go of the wire. Idempotent; never raises."""
 
 
-class Job(NamedTuple):
+class WorkerSetup(NamedTuple):
     """How an I/O process shall behave; sent by the owner as JSON."""
 
     module: str
@@ -72,7 +72,7 @@ class Job(NamedTuple):
 class Worker:
     """One wire, one mailbox."""
 
-    def __init__(self, link: Link, mailbox: Mailbox, job: Job) -> None:
+    def __init__(self, link: WireLink, mailbox: IoMailbox, job: WorkerSetup) -> None:
         self._link, self._mailbox, self._job = link, mailbox, job
         self._report = Report()
         self._failed_in_a_row = 0
@@ -101,7 +101,7 @@ class Worker:
         alarm = self._mailbox.alarm
         self._watch(order.mode, order.stamp_ns, alarm)
         outputs = self._wanted(order.mode, order.outputs)
-        if order.mode is Mode.SAFE and order.number != self._urged:
+        if order.mode is OutputsMode.SAFE and order.number != self._urged:
             self._urged, self._retry_ns = order.number, 0
         if self._report.state is not LinkState.UP and not self._reconnect(outputs is not None):
             return False
@@ -115,20 +115,20 @@ class Worker:
         self._accept(done, outputs, order.number, alarm)
         return done.busy
 
-    def _wanted(self, mode: Mode, outputs: tuple[float, ...]) -> tuple[float, ...] | None:
+    def _wanted(self, mode: OutputsMode, outputs: tuple[float, ...]) -> tuple[float, ...] | None:
         if self._report.trip is not Trip.NONE:
             return self._job.safe
-        return outputs if mode in (Mode.DRIVE, Mode.SAFE) else None
+        return outputs if mode in (OutputsMode.DRIVE, OutputsMode.SAFE) else None
 
-    def _watch(self, mode: Mode, stamp_ns: int, alarm: int) -> None:
+    def _watch(self, mode: OutputsMode, stamp_ns: int, alarm: int) -> None:
         """Latch a reason to take over. A supervisor's alarm counts in every mode."""
         if alarm != self._alarm:
             self._alarm, self._retry_ns = alarm, 0
             self._confirmed = None  # write once more, even if they are there already
             self._trip(Trip.ALARM)
-        elif mode is Mode.DRIVE and self._orphan_since_ns:
+        elif mode is OutputsMode.DRIVE and self._orphan_since_ns:
             self._trip(Trip.ORPHANED)
-        elif mode is Mode.DRIVE and time.monotonic_ns() - stamp_ns > self._job.silence_ns:
+        elif mode is OutputsMode.DRIVE and time.monotonic_ns() - stamp_ns > self._job.silence_ns:
             self._trip(Trip.SILENCE)
 
     def _trip(self, why: Trip) -> None:
@@ -191,9 +191,9 @@ class Worker:
         if not self._orphan_since_ns:
             return False
         order = self._mailbox.order()
-        if order.mode is Mode.RELEASED or (order.mode is Mode.NONE and self._report.trip is Trip.NONE):
+        if order.mode is OutputsMode.RELEASED or (order.mode is OutputsMode.NONE and self._report.trip is Trip.NONE):
             return True
-        if order.mode is Mode.DRIVE and self._report.trip is Trip.NONE:
+        if order.mode is OutputsMode.DRIVE and self._report.trip is Trip.NONE:
             return False
         done = self._confirmed is not None and self._confirmed == self._wanted(order.mode, order.outputs)
         return done or time.monotonic_ns() - self._orphan_since_ns > _LAST_EFFORT_NS
@@ -201,7 +201,7 @@ class Worker:
     @property
     def deserted(self) -> bool:
         """The owner went without a word, so nobody tidies up after us."""
-        return self._mailbox.order().mode is Mode.DRIVE
+        return self._mailbox.order().mode is OutputsMode.DRIVE
 
     def end(self, text: str = "") -> None:
         """Last report, and off the wire."""
@@ -228,10 +228,10 @@ def serve(worker: Worker, wake: int) -> None:
             worker.orphan()
 
 
-def read_job(stream_line: bytes) -> Job:
+def read_job(stream_line: bytes) -> WorkerSetup:
     """The job as the owner sent it."""
     raw = cast(dict[str, Any], json.loads(stream_line))
-    return Job(**{**raw, "safe": tuple(raw["safe"])})
+    return WorkerSetup(**{**raw, "safe": tuple(raw["safe"])})
 
 
 def stand_alone() -> None:
@@ -256,8 +256,8 @@ def run(wake: int, descriptor: int) -> int:
             return 2
         line += chunk
     job = read_job(line.split(b"\n", 1)[0])
-    mailbox = Mailbox(descriptor)
-    link = cast(Link, importlib.import_module(job.module).link(job.settings))
+    mailbox = IoMailbox(descriptor)
+    link = cast(WireLink, importlib.import_module(job.module).link(job.settings))
     worker = Worker(link, mailbox, job)
     signal.signal(signal.SIGTERM, lambda *_: worker.orphan())
     if not worker.connect():

@@ -12,7 +12,7 @@ from typing import Final
 from drivers.calibration import Calibration, curve, for_role, inverse
 from drivers.io_process.alarm import alarm, confirmed
 from drivers.io_process.owner import IoProcess
-from drivers.io_process.worker import Job
+from drivers.io_process.worker import WorkerSetup
 from drivers.itv_serial.codec import Codec, Dialect, Pace, pace
 from drivers.itv_serial.link import LinkSettings
 from drivers.serial_port import SerialPort
@@ -72,7 +72,7 @@ class _Valve:
         self.speed = self.pace.summary(port.baud, context.period_ns / 1e9)
         safe = (self.counts(context.safe_p1_mpa if number == 0 else context.safe_p2_mpa),)
         link = LinkSettings(self.name, port, settings.dialect, self.reads, settings.patience_s)
-        job = Job(
+        job = WorkerSetup(
             "drivers.itv_serial.link", dataclasses.asdict(link), safe, settings.silence_periods * context.period_ns
         )
         rescue = job._replace(settings=job.settings | {"rescue": True})

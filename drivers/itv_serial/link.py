@@ -41,7 +41,7 @@ class LinkSettings:
 
 
 class ItvLink:
-    """A `drivers.io_process.worker.Link`: output 0 is the set-point in counts, value 0 the monitored pressure in
+    """A `drivers.io_process.worker.WireLink`: output 0 is the set-point in counts, value 0 the monitored pressure in
     counts."""
 
     def __init__(self, settings: LinkSettings) -> None:

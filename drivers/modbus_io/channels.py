@@ -5,7 +5,7 @@ from collections.abc import Callable, Mapping
 
 from drivers.calibration import Calibration, Potentiometer, curve, for_role, inverse, nominal
 from drivers.modbus_io.codec import to_signal
-from drivers.modbus_io.plan import EXCITATION, FIRST_FURTHER, MONITORS, VALVES, WIPER, Plan
+from drivers.modbus_io.plan import EXCITATION, FIRST_FURTHER, MONITORS, VALVES, WIPER, ExchangePlan
 from drivers.modbus_io.settings import FurtherChannel, ModbusSettings
 from rig.interfaces import NAN, DeviceContext, Measurement, Role
 from rig.sample import ANGLE_ABSENT, BROKEN_WIRE, P1_ABSENT, P2_ABSENT, SUSPECT
@@ -17,7 +17,7 @@ _DEAD = ANGLE_ABSENT | SUSPECT
 class Inputs:
     """Numbers by place -> Measurement, for the roles that this device fills."""
 
-    def __init__(self, settings: ModbusSettings, context: DeviceContext, plan: Plan) -> None:
+    def __init__(self, settings: ModbusSettings, context: DeviceContext, plan: ExchangePlan) -> None:
         self._plan = plan
         self._monitors: list[tuple[Calibration, Callable[[float], float]] | None] = [None, None]
         for place, role in enumerate(MONITORS):

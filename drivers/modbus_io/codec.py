@@ -7,12 +7,12 @@ import math
 import struct
 from collections.abc import Sequence
 
-from drivers.modbus_io.maps import Block, Order, Type
+from drivers.modbus_io.maps import ChannelRun, Type, WordOrder
 
 _CODES = {Type.UINT16: "H", Type.INT16: "h", Type.UINT32: "I", Type.INT32: "i", Type.FLOAT32: "f"}
 
 
-def encode(block: Block, numbers: Sequence[float]) -> list[int]:
+def encode(block: ChannelRun, numbers: Sequence[float]) -> list[int]:
     """The registers of consecutive channels: rounded (not for floats) and clamped into `block.counts`, so nothing can
     wrap.
 
@@ -29,7 +29,7 @@ def encode(block: Block, numbers: Sequence[float]) -> list[int]:
     return [int.from_bytes(data[at : at + 2], "big") for at in range(0, len(data), 2)]
 
 
-def decode(block: Block, registers: Sequence[int]) -> list[float]:
+def decode(block: ChannelRun, registers: Sequence[int]) -> list[float]:
     """The numbers of consecutive channels; a float32 that is not finite stays so and is NaN's business of the
     caller."""
     size = 2 * block.type.registers
@@ -42,29 +42,29 @@ def decode(block: Block, registers: Sequence[int]) -> list[float]:
     ]
 
 
-def _ordered(data: bytes, block: Block) -> bytes:
+def _ordered(data: bytes, block: ChannelRun) -> bytes:
     """Swap to or from the module's order; its own inverse."""
     words = [data[at : at + 2] for at in range(0, len(data), 2)]
-    if block.word_order is Order.LITTLE:
+    if block.word_order is WordOrder.LITTLE:
         words.reverse()
-    if block.byte_order is Order.LITTLE:
+    if block.byte_order is WordOrder.LITTLE:
         words = [word[::-1] for word in words]
     return b"".join(words)
 
 
-def to_signal(block: Block, number: float) -> float:
+def to_signal(block: ChannelRun, number: float) -> float:
     """Counts -> V or mA, on the straight line of the map."""
     (c0, c1), (s0, s1) = block.counts, block.signal
     return s0 + (number - c0) * (s1 - s0) / (c1 - c0)
 
 
-def to_counts(block: Block, signal: float) -> float:
+def to_counts(block: ChannelRun, signal: float) -> float:
     """V or mA -> counts, not yet rounded or clamped."""
     (c0, c1), (s0, s1) = block.counts, block.signal
     return c0 + (signal - s0) * (c1 - c0) / (s1 - s0)
 
 
-def per_count(block: Block) -> float:
+def per_count(block: ChannelRun) -> float:
     """Signal of one count: what one step of the converter is worth."""
     return (block.signal[1] - block.signal[0]) / (block.counts[1] - block.counts[0])
 

@@ -9,7 +9,7 @@ from drivers.modbus_io.channels import Inputs, set_point_signals
 from drivers.modbus_io.plan import make_plan
 from drivers.modbus_io.routes import Direct, Process, Route, round_trip
 from drivers.modbus_io.session import set_reply_time
-from drivers.modbus_io.settings import ModbusSettings, Mode
+from drivers.modbus_io.settings import ExchangeMode, ModbusSettings
 from drivers.modbus_io.stations import Numbers, Stations, set_point_numbers
 from rig.errors import DeviceError, DeviceLost, DevicePending
 from rig.interfaces import Abilities, DeviceContext, Measurement
@@ -61,12 +61,12 @@ class ModbusIo(Abilities):
         """Connect, prove the module, arm its fail-safe, measure the round trip, choose the mode."""
         self.close()
         facts: dict[str, str] = {}
-        if self._settings.serial is None and (self._settings.mode is not Mode.PROCESS or self._plan.looking):
+        if self._settings.serial is None and (self._settings.mode is not ExchangeMode.PROCESS or self._plan.looking):
             facts |= self._open_direct()
             if self._route is not None:
                 return facts
         process = Process(self._settings, self._context, self._safe)
-        facts |= {**process.io.start(), "mode": Mode.PROCESS.value}
+        facts |= {**process.io.start(), "mode": ExchangeMode.PROCESS.value}
         if line := self._settings.serial:
             facts["round_wire_s"] = f"{self._plan.round_s(line):.5f}"
             facts["rate_hz"] = f"{1 / self._plan.round_s(line):.1f} at best"
@@ -85,28 +85,28 @@ class ModbusIo(Abilities):
         except BaseException:  # whatever it was: nobody else knows of this line
             stations.close(disarm=False)
             raise
-        if mode is Mode.PROCESS and not self._plan.looking:  # a process would write
+        if mode is ExchangeMode.PROCESS and not self._plan.looking:  # a process would write
             stations.close()
             return facts
         for session in (stations.outputs, stations.inputs):
             set_reply_time(session.client, settings.reply_s or _REPLY_SHARE * self._period_s)
-        self._route = Direct(stations, self._context, mode is Mode.COMBINED, settings.watchdog_s)
+        self._route = Direct(stations, self._context, mode is ExchangeMode.COMBINED, settings.watchdog_s)
         return facts
 
-    def _choose(self, p99_s: float) -> Mode:
+    def _choose(self, p99_s: float) -> ExchangeMode:
         wanted = self._settings.mode
-        if wanted is Mode.COMBINED and not self._plan.can_combine:
+        if wanted is ExchangeMode.COMBINED and not self._plan.can_combine:
             raise DeviceLost(
                 f"{self._settings.resource}: mode combined needs function 23, both valves side by side, and inputs"
             )
-        if wanted is not Mode.AUTO:
+        if wanted is not ExchangeMode.AUTO:
             return wanted
         exchanges = len(self._plan.writes) + (self._plan.registers > 0)
         if exchanges * p99_s <= _SHARE * self._period_s:
-            return Mode.SEPARATE
+            return ExchangeMode.SEPARATE
         if self._plan.can_combine and p99_s <= _SHARE * self._period_s:
-            return Mode.COMBINED
-        return Mode.PROCESS
+            return ExchangeMode.COMBINED
+        return ExchangeMode.PROCESS
 
     def read(self) -> Measurement:
         """All wanted inputs; DeviceError when the module did not answer in time or answered nonsense."""

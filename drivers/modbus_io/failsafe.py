@@ -4,12 +4,12 @@ more."""
 from collections.abc import Mapping, Sequence
 
 from drivers.modbus_io.codec import encode
-from drivers.modbus_io.maps import Failsafe, Identity, ModuleMap, SafeIs, Step
-from drivers.modbus_io.session import Session
+from drivers.modbus_io.maps import Failsafe, Identity, ModuleMap, RegisterWrite, SafeIs
+from drivers.modbus_io.session import ModbusSession
 from rig.errors import DeviceLost
 
 
-def identify(session: Session, module: ModuleMap, unit: int) -> str:
+def identify(session: ModbusSession, module: ModuleMap, unit: int) -> str:
     """What the module says it is; DeviceLost when that is something else. Maps without an identity are believed."""
     wanted = module.identity
     if wanted is None:
@@ -31,7 +31,7 @@ def _text(registers: Sequence[int]) -> str:
 
 
 def arm(
-    session: Session, module: ModuleMap, unit: int, watchdog_s: float, safe_numbers: Mapping[int, float]
+    session: ModbusSession, module: ModuleMap, unit: int, watchdog_s: float, safe_numbers: Mapping[int, float]
 ) -> Mapping[str, str]:
     """Arm the watchdog where there is one; facts for the log, with a warning where there is none.
 
@@ -53,7 +53,7 @@ def arm(
     return {"failsafe": f"armed: outputs to {outcome} after {takes_s} s without a request", "watchdog_s": takes_s}
 
 
-def _registers(module: ModuleMap, step: Step, ticks: int, safe_numbers: Mapping[int, float]) -> list[int]:
+def _registers(module: ModuleMap, step: RegisterWrite, ticks: int, safe_numbers: Mapping[int, float]) -> list[int]:
     """What a step writes. A safe set-point has the form of the module's outputs: their type, and the order of their
     bytes and words."""
     if step.safe_channel is None or module.outputs is None:
@@ -61,7 +61,7 @@ def _registers(module: ModuleMap, step: Step, ticks: int, safe_numbers: Mapping[
     return encode(module.outputs, [safe_numbers[step.safe_channel]])
 
 
-def disarm(session: Session, failsafe: Failsafe | None, unit: int) -> None:
+def disarm(session: ModbusSession, failsafe: Failsafe | None, unit: int) -> None:
     """Stop the watchdog, so that the outputs keep what was written last."""
     for step in failsafe.disarm if failsafe else ():
         session.write(step.address, [step.value], unit)

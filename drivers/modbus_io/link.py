@@ -16,8 +16,8 @@ from pymodbus.client import AsyncModbusSerialClient
 
 from drivers.io_process.worker import Exchange
 from drivers.modbus_io.codec import rtu_silence_s
-from drivers.modbus_io.plan import Plan, make_plan
-from drivers.modbus_io.session import Session, hush, never_give_up
+from drivers.modbus_io.plan import ExchangePlan, make_plan
+from drivers.modbus_io.session import ModbusSession, hush, never_give_up
 from drivers.modbus_io.settings import ModbusSettings, SerialLine
 from drivers.modbus_io.stations import Stations, rebuild
 from rig.errors import DeviceError, DeviceLost
@@ -28,11 +28,11 @@ _FEEDING: Final = 0.25
 
 
 class ModbusLink:
-    """A `drivers.io_process.worker.Link`: outputs are counts by place, values are counts by place (see plan)."""
+    """A `drivers.io_process.worker.WireLink`: outputs are counts by place, values are counts by place (see plan)."""
 
     def __init__(self, settings: ModbusSettings, roles: frozenset[Role], safe_numbers: dict[int, float]) -> None:
         self._settings, self._safe = settings, safe_numbers
-        self._plan: Plan = make_plan(settings, roles)
+        self._plan: ExchangePlan = make_plan(settings, roles)
         self._loop = asyncio.new_event_loop()
         self._stations: Stations | None = None
         self._failed = self._was_up = self._arm_owed = False
@@ -70,7 +70,7 @@ class ModbusLink:
         session = self._open_serial()
         return Stations(session, session, self._plan)
 
-    def _open_serial(self) -> Session:
+    def _open_serial(self) -> ModbusSession:
         hush()
         line = self._settings.serial
         assert line
@@ -84,7 +84,7 @@ class ModbusLink:
                 f"{line.device}: cannot be opened: no such port, in use by another program, or not allowed"
             )
         never_give_up(client.ctx)
-        return Session(client, line.device, self._paced)
+        return ModbusSession(client, line.device, self._paced)
 
     def exchange(self, outputs: tuple[float, ...] | None, fresh: bool, urgent: bool) -> Exchange:
         """Function 23 where there is one; else outputs when they are new, and inputs in between unless it is urgent."""

@@ -28,7 +28,7 @@ class Type(StrEnum):
         return 1 if self in (Type.UINT16, Type.INT16) else 2
 
 
-class Order(StrEnum):
+class WordOrder(StrEnum):
     """Which half comes first."""
 
     BIG = "big"
@@ -45,7 +45,7 @@ _TYPE_RANGES: Final = {
 
 
 @dataclass(frozen=True)
-class Block:
+class ChannelRun:
     """A run of analog channels that lie side by side."""
 
     address: int = bounded(0, 0xFFFF)
@@ -57,9 +57,9 @@ class Block:
     function: int = bounded(3, 16, default=16)
     """Reading: 3 (holding) or 4 (input registers). Writing: 16 (several at once)."""
     type: Type = Type.UINT16
-    byte_order: Order = Order.BIG
+    byte_order: WordOrder = WordOrder.BIG
     """Of the two bytes of a register; Modbus says big."""
-    word_order: Order = Order.BIG
+    word_order: WordOrder = WordOrder.BIG
     """Of the two registers of a 32-bit number."""
 
     def __post_init__(self) -> None:
@@ -101,7 +101,7 @@ class Identity:
 
 
 @dataclass(frozen=True)
-class Step:
+class RegisterWrite:
     """One register write: a fixed value, the timeout in ticks, or the counts of a channel's safe set-point."""
 
     address: int = bounded(0, 0xFFFF)
@@ -124,8 +124,8 @@ class SafeIs(StrEnum):
 class Failsafe:
     """The module's own watchdog: what to write so that it makes the outputs safe when the host is gone."""
 
-    arm: list[Step]
-    disarm: list[Step] = field(default_factory=list)
+    arm: list[RegisterWrite]
+    disarm: list[RegisterWrite] = field(default_factory=list)
     safe_is: SafeIs = SafeIs.ZERO
     tick_s: float = bounded(0.001, 10.0, "s", default=0.1)
 
@@ -143,8 +143,8 @@ class ModuleMap:
     """The manual and its page: where the numbers come from."""
     unit: int = bounded(0, 247, default=1)
     """Its unit (device) id when nothing else is set."""
-    inputs: Block | None = None
-    outputs: Block | None = None
+    inputs: ChannelRun | None = None
+    outputs: ChannelRun | None = None
     read_back: ReadBack | None = None
     """Not set: what was written cannot be read back, and so the safe state is never confirmed."""
     read_write: bool = False

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from typing import Final
 
 from drivers.modbus_io.codec import decode, encode, rtu_exchange_s
-from drivers.modbus_io.maps import Block, ModuleMap, SafeIs
-from drivers.modbus_io.session import Session
+from drivers.modbus_io.maps import ChannelRun, ModuleMap, SafeIs
+from drivers.modbus_io.session import ModbusSession
 from drivers.modbus_io.settings import ModbusSettings, SerialLine
 from rig.errors import ConfigError
 from rig.interfaces import Role
@@ -32,7 +32,7 @@ class Write:
 
 
 @dataclass(frozen=True)
-class Plan:
+class ExchangePlan:
     """The exchanges of one tick."""
 
     module: ModuleMap
@@ -53,13 +53,13 @@ class Plan:
     """The fail-safe is somebody else's: it is neither armed nor stopped."""
 
     @property
-    def outputs(self) -> Block:
+    def outputs(self) -> ChannelRun:
         """The output block; only asked for when something is driven."""
         assert self.module.outputs is not None
         return self.module.outputs
 
     @property
-    def inputs(self) -> Block:
+    def inputs(self) -> ChannelRun:
         """The input block; only asked for when something is read."""
         assert self.input_module.inputs is not None
         return self.input_module.inputs
@@ -84,16 +84,16 @@ class Plan:
         numbers = decode(self.inputs, registers)
         return {place: numbers[offset] for place, offset in self.picks.items()}
 
-    def read(self, session: Session) -> dict[int, float]:
+    def read(self, session: ModbusSession) -> dict[int, float]:
         """All wanted inputs in one exchange."""
         return self.pick(session.read(self.inputs.function, self.first_register, self.registers, self.input_unit))
 
-    def write(self, session: Session, numbers: Sequence[float]) -> None:
+    def write(self, session: ModbusSession, numbers: Sequence[float]) -> None:
         """All outputs; side by side they change together, otherwise one after the other."""
         for write in self.writes:
             session.write(write.address, self.encode(write, numbers), self.unit)
 
-    def read_back(self, session: Session) -> dict[int, float] | None:
+    def read_back(self, session: ModbusSession) -> dict[int, float] | None:
         """Place -> number that stands at each driven output by the module's own word; None when it cannot tell."""
         if self.module.read_back is None:
             return None
@@ -104,7 +104,7 @@ class Plan:
             found |= dict(zip(write.places, decode(self.outputs, registers), strict=True))
         return found
 
-    def read_write(self, session: Session, numbers: Sequence[float]) -> dict[int, float]:
+    def read_write(self, session: ModbusSession, numbers: Sequence[float]) -> dict[int, float]:
         """Outputs and inputs in one exchange."""
         (write,) = self.writes
         registers = self.encode(write, numbers)
@@ -127,7 +127,7 @@ class Plan:
 
 def make_plan(
     settings: ModbusSettings, roles: frozenset[Role], *, looking: bool = False, where: str = "modbus_io"
-) -> Plan:
+) -> ExchangePlan:
     """ConfigError, one line that begins with `where` the settings stand, when a role is not wired, or wired to what the
     module does not have or to what another role is wired to."""
     module, input_module = settings.module, settings.input_module
@@ -148,7 +148,7 @@ def make_plan(
     one_station = settings.input_map is None
     unit = module.unit if settings.unit is None else settings.unit
     own_unit = input_module.unit if settings.input_unit is None else settings.input_unit
-    return Plan(
+    return ExchangePlan(
         module,
         input_module,
         unit,

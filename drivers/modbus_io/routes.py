@@ -6,7 +6,7 @@ from dataclasses import replace
 from typing import Final, Protocol
 
 from drivers.io_process.owner import IoProcess
-from drivers.io_process.worker import Job
+from drivers.io_process.worker import WorkerSetup
 from drivers.modbus_io.plan import VALVES, make_plan
 from drivers.modbus_io.settings import ModbusSettings
 from drivers.modbus_io.stations import Numbers, Stations
@@ -107,7 +107,7 @@ class Process:
     def __init__(self, settings: ModbusSettings, context: DeviceContext, safe: Numbers) -> None:
         plan = make_plan(settings, context.roles)
         self._plan = plan
-        job = Job(
+        job = WorkerSetup(
             "drivers.modbus_io.link",
             {
                 "device": unstructure(settings),

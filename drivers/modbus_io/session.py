@@ -29,7 +29,7 @@ _REASONS: Final = {
 }
 
 
-class Session:
+class ModbusSession:
     """Exchanges with the units behind one client."""
 
     def __init__(self, client: Any, where: str, wait: Callable[[Any], Any] = lambda response: response) -> None:
@@ -139,7 +139,7 @@ def hush() -> None:
     Log.setLevel(_SILENT)  # type: ignore[no-untyped-call]
 
 
-def connect_tcp(host: str, port: int, connect_s: float, reply_s: float) -> Session:
+def connect_tcp(host: str, port: int, connect_s: float, reply_s: float) -> ModbusSession:
     """A connection to a module; DeviceLost when there is none within `connect_s`. Replies may take `reply_s`, twice
     that when in pieces."""
     hush()
@@ -148,7 +148,7 @@ def connect_tcp(host: str, port: int, connect_s: float, reply_s: float) -> Sessi
     if not client.connect():  # type: ignore[no-untyped-call]
         raise DeviceLost(f"{where}: no connection within {connect_s:g} s: check address, port, cable and power")
     set_reply_time(client, reply_s)
-    return Session(client, where)
+    return ModbusSession(client, where)
 
 
 def set_reply_time(client: ModbusTcpClient, reply_s: float) -> None:

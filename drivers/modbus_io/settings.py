@@ -10,9 +10,9 @@ from enum import StrEnum
 from pathlib import Path
 from typing import Any, Final
 
-from drivers.modbus_io.maps import Block, ModuleMap, load_map
+from drivers.modbus_io.maps import ChannelRun, ModuleMap, load_map
 from drivers.serial_port import SerialPort
-from drivers.signals import Signal, Span
+from drivers.signals import SignalRange, Span
 from rig.config import unstructure
 from rig.fields import bounded
 from rig.interfaces import Role, Wiring
@@ -21,7 +21,7 @@ _NUMBERS: Final = re.compile(r"[\d.]+")
 """What is meant for an address, and not for a name."""
 
 
-class Mode(StrEnum):
+class ExchangeMode(StrEnum):
     """How the exchanges of a tick are made."""
 
     AUTO = "auto"
@@ -39,7 +39,7 @@ class PressureChannel:
     """A regulator's input or monitor on one channel of the module."""
 
     channel: int = bounded(0, 59)
-    signal: Signal = Signal.V_0_10
+    signal: SignalRange = SignalRange.V_0_10
     low_mpa: float = bounded(-0.1, 1.0, "MPa", default=0.0)
     high_mpa: float = bounded(0.001, 1.0, "MPa", default=0.5)
     """Pressures at the two ends of the signal."""
@@ -52,7 +52,7 @@ class PressureChannel:
         """Signal and pressure range."""
         return Span(self.signal, self.low_mpa, self.high_mpa)
 
-    def complaint(self, block: Block | None, output: bool) -> str | None:
+    def complaint(self, block: ChannelRun | None, output: bool) -> str | None:
         """Why this channel cannot be on `block`; None when it can."""
         kind = "output" if output else "input"
         if block is None:
@@ -66,7 +66,7 @@ class PressureChannel:
 
 
 @dataclass(frozen=True)
-class AngleChannel:
+class ModbusAngleChannel:
     """The potentiometer: its wiper, and either its excitation read as well, or a fixed reference voltage."""
 
     wiper: int = bounded(0, 59)
@@ -121,10 +121,10 @@ class ModbusSettings(Wiring):
     valve_2: PressureChannel | None = None
     monitor_1: PressureChannel | None = None
     monitor_2: PressureChannel | None = None
-    angle: AngleChannel | None = None
+    angle: ModbusAngleChannel | None = None
     further: dict[str, FurtherChannel] = field(default_factory=dict)
     """Further channels of the rig on this module, by name."""
-    mode: Mode = Mode.AUTO
+    mode: ExchangeMode = ExchangeMode.AUTO
     watchdog_s: float = bounded(0.1, 60.0, "s", default=0.5)
     """Silence after which the module's own fail-safe acts, where it has one."""
     connect_s: float = bounded(0.05, 10.0, "s", default=1.0)
@@ -143,7 +143,7 @@ class ModbusSettings(Wiring):
             raise ValueError("set either host (TCP) or serial (RTU)")
         _check_host("host", self.host, "port")
         _check_host("input_host", self.input_host, "input_port")
-        if self.serial and self.mode not in (Mode.AUTO, Mode.PROCESS):
+        if self.serial and self.mode not in (ExchangeMode.AUTO, ExchangeMode.PROCESS):
             raise ValueError(f"mode {self.mode.value} is not possible on RTU; allowed: auto, process")
         if self.serial and (self.input_host or self.input_port):
             raise ValueError("input_host and input_port are for TCP; on RTU set input_unit")
@@ -191,10 +191,10 @@ class ModbusSettings(Wiring):
     def wired_to(self, role: Role) -> tuple[str, ...]:
         """The channels that a role is wired to, by names which another device on the same module has as well: of a host
         that is no gateway, whatever the unit. Hosts as they are written; ConfigError as above."""
-        wired: PressureChannel | AngleChannel | None = getattr(self, role.value)
+        wired: PressureChannel | ModbusAngleChannel | None = getattr(self, role.value)
         if wired is None:
             return ()
-        if isinstance(wired, AngleChannel):
+        if isinstance(wired, ModbusAngleChannel):
             channels = [channel for channel in (wired.wiper, wired.excitation) if channel is not None]
         else:
             channels = [wired.channel]

@@ -7,8 +7,8 @@ from typing import Any, Final
 
 from drivers.modbus_io import failsafe
 from drivers.modbus_io.codec import to_counts
-from drivers.modbus_io.plan import Plan
-from drivers.modbus_io.session import Session, connect_tcp
+from drivers.modbus_io.plan import ExchangePlan
+from drivers.modbus_io.session import ModbusSession, connect_tcp
 from drivers.modbus_io.settings import ModbusSettings
 from rig.errors import DeviceError
 
@@ -20,11 +20,11 @@ _SAME: Final = 0.001
 class Stations:
     """Sessions of the output and the input module; on RTU, and for a module that is both, they are the same one."""
 
-    def __init__(self, outputs: Session, inputs: Session, plan: Plan) -> None:
+    def __init__(self, outputs: ModbusSession, inputs: ModbusSession, plan: ExchangePlan) -> None:
         self.outputs, self.inputs, self.plan = outputs, inputs, plan
 
     @classmethod
-    def on_tcp(cls, settings: ModbusSettings, plan: Plan, reply_s: float) -> "Stations":
+    def on_tcp(cls, settings: ModbusSettings, plan: ExchangePlan, reply_s: float) -> "Stations":
         """Connect to both modules."""
         connect_s = settings.connect_s
         outputs = connect_tcp(settings.host, settings.port, connect_s, reply_s)
@@ -39,7 +39,7 @@ class Stations:
         return cls(outputs, inputs, plan)
 
     @classmethod
-    def to_outputs(cls, settings: ModbusSettings, plan: Plan, reply_s: float, connect_s: float) -> "Stations":
+    def to_outputs(cls, settings: ModbusSettings, plan: ExchangePlan, reply_s: float, connect_s: float) -> "Stations":
         """Connect to the output module alone, to make it safe or to look at it: an input module may be gone."""
         outputs = connect_tcp(settings.host, settings.port, connect_s, reply_s)
         return cls(outputs, outputs, plan)
@@ -140,7 +140,7 @@ def _listed(numbers: Numbers) -> list[float]:
 
 
 def set_point_numbers(
-    plan: Plan, signals: Mapping[int, Callable[[float], float]], pressures_mpa: tuple[float, float]
+    plan: ExchangePlan, signals: Mapping[int, Callable[[float], float]], pressures_mpa: tuple[float, float]
 ) -> Numbers:
     """Counts of each driven set-point, clamped into what the block can give."""
     low, high = plan.outputs.counts

@@ -8,7 +8,7 @@ from drivers.myrio.bitfile import KeptBitfile
 from drivers.myrio.rescue import Rescue
 from drivers.myrio.session import VENDOR_ERRORS, FpgaSession, explain
 from drivers.myrio.settings import MyRioSettings
-from drivers.myrio.wiring import ABSENT, Channels, Wiring
+from drivers.myrio.wiring import ABSENT, MyrioWiring, SessionChannels
 from rig.errors import DeviceError, DeviceLost
 from rig.interfaces import NAN, Abilities, Clock, Device, DeviceContext, Measurement, Role
 
@@ -41,10 +41,10 @@ class MyRio(Abilities):
         self.further = tuple(settings.further)
         self._clock, self._now = context.clock, context.clock.now_ns
         self._period_ns = context.period_ns
-        self._wiring = Wiring(settings, context)
+        self._wiring = MyrioWiring(settings, context)
         self._bitfile = KeptBitfile(settings.bitfile, context.where)
         self._absent = sum(flag for role, flag in ABSENT.items() if role not in self.roles)
-        self._open: Channels | None = None
+        self._open: SessionChannels | None = None
         self._rescue: Rescue | None = None
         """Once the device has been open: somebody ticks, and `safe` must not make him wait for a new session."""
         self._beat = 0
@@ -148,7 +148,7 @@ class MyRio(Abilities):
         except VENDOR_ERRORS as error:
             raise self._failed(error, "keeping") from None
 
-    def _feed(self, channels: Channels) -> None:
+    def _feed(self, channels: SessionChannels) -> None:
         if channels.heartbeat:
             self._beat = (self._beat + 1) & 0x7FFF
             channels.heartbeat(self._beat)
@@ -173,7 +173,7 @@ class MyRio(Abilities):
         finally:
             channels.session.close()
 
-    def _holds_safe(self, channels: Channels) -> bool:
+    def _holds_safe(self, channels: SessionChannels) -> bool:
         safe_mpa = self._context.safe_p1_mpa, self._context.safe_p2_mpa
         try:
             return all(
@@ -205,12 +205,12 @@ class MyRio(Abilities):
             self._open.session.close()
             self._open = None
 
-    def _channels(self) -> Channels:
+    def _channels(self) -> SessionChannels:
         if self._open is None:
             raise DeviceLost(f"myRIO {self._settings.resource}: the session is not open")
         return self._open
 
-    def _connect(self) -> Channels:
+    def _connect(self) -> SessionChannels:
         with self._bitfile.at_hand() as bitfile:
             session = FpgaSession(self._settings, self._clock, bitfile)
         try:
@@ -220,7 +220,7 @@ class MyRio(Abilities):
             raise
         return channels
 
-    def _put(self, channels: Channels, p1_cmd_mpa: float, p2_cmd_mpa: float) -> None:
+    def _put(self, channels: SessionChannels, p1_cmd_mpa: float, p2_cmd_mpa: float) -> None:
         if channels.strobe is None:
             return
         first, second = channels.outputs
@@ -239,7 +239,7 @@ class MyRio(Abilities):
         except VENDOR_ERRORS as error:
             raise self._failed(error, "writing") from None
 
-    def _limit(self, channels: Channels) -> None:
+    def _limit(self, channels: SessionChannels) -> None:
         """Give the FPGA its limits before the first output of a session, where the bitfile has registers for them."""
         for role, output in zip((Role.VALVE_1, Role.VALVE_2), channels.outputs, strict=True):
             line = self._wiring.lines[role][0]
@@ -259,7 +259,7 @@ class MyRio(Abilities):
             f"myRIO {self._settings.resource}: {doing} took {took:.1f} ms, longer than the period of {period:g} ms"
         )
 
-    def _check_remote(self, channels: Channels) -> dict[str, str]:
+    def _check_remote(self, channels: SessionChannels) -> dict[str, str]:
         """Time single reads, the only call that moves nothing, and refuse when a tick of them does not fit."""
         read = channels.session.reader(self._settings.ready or self._settings.angle.wiper)
         times = []
@@ -287,7 +287,7 @@ class _StillMyRio(MyRio):
         self._open = self._connect()
         return {}
 
-    def _connect(self) -> Channels:
+    def _connect(self) -> SessionChannels:
         from drivers.myrio.twin import still_channels
 
         return still_channels(self._settings, self._context, self._wiring)

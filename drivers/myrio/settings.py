@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from drivers.myrio.codec import Converter, converter
-from drivers.signals import Signal, Span
+from drivers.signals import SignalRange, Span
 from rig.fields import bounded
 from rig.interfaces import Role, Wiring
 
@@ -24,7 +24,7 @@ class PressureLine:
 
     register: str
     """Name in the bitfile, such as AO.A_0.VAL."""
-    signal: Signal
+    signal: SignalRange
     low_mpa: float = bounded(-0.1, 1.0, "MPa", default=0.0)
     high_mpa: float = bounded(0.001, 1.0, "MPa", default=0.5)
     """Pressures at the two ends of the signal."""
@@ -93,10 +93,10 @@ class MyRioSettings(Wiring):
     """The .lvbitx that runs on the FPGA; registers are found in it by name."""
     resource: str = "RIO0"
     """RIO0 on the controller itself, rio://HOST/RIO0 over the network."""
-    valve_1: PressureLine = field(default_factory=lambda: PressureLine("AO.A_0.VAL", Signal.V_0_5))
-    valve_2: PressureLine = field(default_factory=lambda: PressureLine("AO.A_1.VAL", Signal.V_0_5))
-    monitor_1: PressureLine = field(default_factory=lambda: PressureLine("AI.A_0.VAL", Signal.V_1_5))
-    monitor_2: PressureLine = field(default_factory=lambda: PressureLine("AI.A_1.VAL", Signal.V_1_5))
+    valve_1: PressureLine = field(default_factory=lambda: PressureLine("AO.A_0.VAL", SignalRange.V_0_5))
+    valve_2: PressureLine = field(default_factory=lambda: PressureLine("AO.A_1.VAL", SignalRange.V_0_5))
+    monitor_1: PressureLine = field(default_factory=lambda: PressureLine("AI.A_0.VAL", SignalRange.V_1_5))
+    monitor_2: PressureLine = field(default_factory=lambda: PressureLine("AI.A_1.VAL", SignalRange.V_1_5))
     angle: AngleInput = field(default_factory=lambda: AngleInput("AI.A_2.VAL", excitation="AI.A_3.VAL"))
     further: dict[str, FurtherInput] = field(default_factory=dict)
     """Further channels of the rig on this myRIO, by name."""

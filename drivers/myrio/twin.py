@@ -16,7 +16,7 @@ from drivers.myrio.bitfile import load_bitfile
 from drivers.myrio.channels import AngleChannel
 from drivers.myrio.session import FpgaSession
 from drivers.myrio.settings import MyRioSettings
-from drivers.myrio.wiring import Channels, Wiring
+from drivers.myrio.wiring import MyrioWiring, SessionChannels
 from rig.interfaces import DeviceContext, Role
 
 _COUNTS: Final = range(0, 4096, 8)
@@ -75,7 +75,7 @@ def _made(described: Any, functions: StatusCheckedFunctions) -> Any:
     return _Register(0, None, described, 0, functions["Read"], functions["Write"])
 
 
-def still_channels(settings: MyRioSettings, context: DeviceContext, wiring: Wiring) -> Channels:
+def still_channels(settings: MyRioSettings, context: DeviceContext, wiring: MyrioWiring) -> SessionChannels:
     """The channels of a rig at rest for ever: the monitors at the safe pressures, the joint at 0 degrees."""
     session = StillSession(settings, load_bitfile(settings.bitfile, context.where))
     channels = wiring.find(session)

@@ -22,7 +22,7 @@ much as a call into the FPGA."""
 
 
 @dataclass
-class Channels:
+class SessionChannels:
     """What an open session offers; None where the rig asked for no such role."""
 
     session: FpgaSession
@@ -40,7 +40,7 @@ class Channels:
     """The FPGA has been given its limits in this session."""
 
 
-class Wiring:
+class MyrioWiring:
     """The settings of each role with its calibration, and where its registers are."""
 
     def __init__(self, settings: MyRioSettings, context: DeviceContext) -> None:
@@ -67,7 +67,7 @@ class Wiring:
                 raise ConfigError(f"{where}: {taken[register]} and {name} are both on {register}: each needs its own")
             taken[register] = name
 
-    def find(self, session: FpgaSession) -> Channels:
+    def find(self, session: FpgaSession) -> SessionChannels:
         """Every register that the rig's roles need; ConfigError when the bitfile has none of that name."""
         settings, roles = self._settings, self._context.roles
         out = {
@@ -87,4 +87,4 @@ class Wiring:
         calls = reads + len(out) + bool(strobe) + bool(heartbeat)
         outputs = out.get(Role.VALVE_1), out.get(Role.VALVE_2)
         first, second = monitors.get(Role.MONITOR_1), monitors.get(Role.MONITOR_2)
-        return Channels(session, outputs, strobe, first, second, angle, heartbeat, calls, further)
+        return SessionChannels(session, outputs, strobe, first, second, angle, heartbeat, calls, further)

@@ -14,7 +14,7 @@ import time
 from pathlib import Path
 from typing import Any
 
-from hil.emulators.itv_serial.line import SerialLine
+from hil.emulators.itv_serial.line import EmulatedSerialLine
 from hil.emulators.itv_serial.regulator import Regulator
 from hil.emulators.modbus.bus_wire import BusWire
 from hil.emulators.modbus.module import Module
@@ -70,7 +70,7 @@ class RecordingWorld(World):
         super().command(valve, pressure_mpa)
 
 
-class EmulatedRig:
+class RunningEmulators:
     """The running emulators of one spec. `folder` holds the links to its serial ports."""
 
     def __init__(self, spec: RigSpec, folder: Path) -> None:
@@ -84,14 +84,16 @@ class EmulatedRig:
         self.buses = {name: self._bus(bus) for name, bus in spec.buses.items()}
         self._leave_at(*spec.left_at_mpa)
 
-    def _valve(self, name: str, spec: ValveSpec) -> SerialLine:
+    def _valve(self, name: str, spec: ValveSpec) -> EmulatedSerialLine:
         number = 1 if name == "valve_1" else 2
         self._regulators[name] = regulator = Regulator(
             spec.speech,
             lambda pressure_mpa: self.world.command(number, pressure_mpa),
             lambda: self.world.outputs()[number - 1],
         )
-        return SerialLine(regulator, self._folder / name, spec.baud, spec.bits_per_byte, spec.turnaround_s, seed=number)
+        return EmulatedSerialLine(
+            regulator, self._folder / name, spec.baud, spec.bits_per_byte, spec.turnaround_s, seed=number
+        )
 
     def _bus(self, spec: BusSpec) -> Bus:
         return Bus({module.unit: self._module(module) for module in spec.modules}, self._turn)
@@ -201,7 +203,7 @@ async def serve() -> None:
     await asyncio.get_running_loop().connect_read_pipe(lambda: asyncio.StreamReaderProtocol(reader), sys.stdin)
     spec = structure(json.loads(await reader.readline()), RigSpec, "emulated rig")
     with tempfile.TemporaryDirectory(prefix="emulated-rig-") as folder:
-        rig = EmulatedRig(spec, Path(folder))
+        rig = RunningEmulators(spec, Path(folder))
         say(await rig.start())
         keep_up()
         watching = asyncio.create_task(watch(list(rig.buses.values())))

@@ -4,7 +4,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from hil.emulators.itv_serial.regulator import Speech
-from hil.emulators.modbus.module import Wiring
+from hil.emulators.modbus.module import ModuleWiring
 from rig.fields import bounded
 
 
@@ -23,7 +23,7 @@ class ModuleSpec:
     """A module of a bus."""
 
     map: Path
-    wiring: Wiring = field(default_factory=Wiring)
+    wiring: ModuleWiring = field(default_factory=ModuleWiring)
     unit: int = bounded(1, 247, default=1)
     kind: str = "plain"
     """plain, or wago: with the coupler's watchdog."""

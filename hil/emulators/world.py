@@ -11,7 +11,7 @@ from typing import NamedTuple, Protocol
 from rig.interfaces import Clock
 
 
-class Plant(Protocol):
+class EmulatedPlant(Protocol):
     """A simulated rig as the emulators need it."""
 
     def step(self, p1_cmd_mpa: float, p2_cmd_mpa: float) -> tuple[float, float, float]:
@@ -37,7 +37,7 @@ class World:
     fast."""
 
     def __init__(
-        self, plant: Plant, clock: Clock, period_ns: int = 5_000_000, commands: tuple[float, float] = (0.0, 0.0)
+        self, plant: EmulatedPlant, clock: Clock, period_ns: int = 5_000_000, commands: tuple[float, float] = (0.0, 0.0)
     ) -> None:
         """`commands`: the set-points (MPa) that the regulators were left with, before anybody writes."""
         self.plant = plant

@@ -33,7 +33,7 @@ from hil.reference.effect_law import EffectLaw
 from hil.reference.excitations import Excitation, draw_set, draw_untouched
 from hil.reference.families import Family, Named, Unit, family, run
 from hil.reference.names import NAMES
-from hil.reference.plant import Session
+from hil.reference.plant import PlantDay
 from hil.reference.sizing import reach
 from rig.errors import RigError
 
@@ -48,7 +48,7 @@ CLEAR_RANGE: Final = (3.0, 10.0)
 """Of each part of a pair, and of effects outside the library."""
 
 
-class CaseKind(StrEnum):
+class DrawnKind(StrEnum):
     """What is wrong on the rig of a case."""
 
     NONE = "none"
@@ -58,7 +58,7 @@ class CaseKind(StrEnum):
     """An effect of which the library has no law."""
 
 
-SHARES: Final = {CaseKind.NONE: 0.30, CaseKind.FOREIGN: 0.15, CaseKind.PAIR: 0.15}
+SHARES: Final = {DrawnKind.NONE: 0.30, DrawnKind.FOREIGN: 0.15, DrawnKind.PAIR: 0.15}
 """Of all cases; the rest are single effects. 400 cases: 120, 60, 60, 160."""
 LESS: Final = (1.0, 0.8, 0.6, 0.45, 0.3)
 """Shares of its wanted ratios at which a case is tried whose effects together drive the joint out of its range."""
@@ -84,7 +84,7 @@ class Case:
     purpose: Purpose
     seed: int
     number: int
-    kind: CaseKind
+    kind: DrawnKind
     effects: tuple[str, ...]
     signs: tuple[int, ...]
     wanted_ratios: tuple[float, ...]
@@ -115,7 +115,7 @@ class Bench:
     drift: float
     excitations: tuple[Excitation, ...]
     untouched: tuple[Excitation, ...]
-    days: tuple[Session, ...]
+    days: tuple[PlantDay, ...]
     baselines: tuple[Named, ...]
     floor_deg: float
     """Root mean square by which a healthy day's angle differs from the mean of the other days."""
@@ -125,7 +125,7 @@ class Bench:
     """A healthy day of another rig of the build under the same commands."""
     sister_deg: float
     """Root mean square by which its angle differs from the mean of this unit's days."""
-    sister_rig: tuple[Unit, Session]
+    sister_rig: tuple[Unit, PlantDay]
     """That rig, and its day."""
 
     def scale(self, against: str) -> float:
@@ -141,7 +141,7 @@ class Made:
     effects: dict[str, dict[str, Any]] = field(repr=False)
     """Effect -> stage, size, unit, library_parameter and its own ratio."""
     disturbance: Disturbance = field(repr=False)
-    day: Session = field(repr=False)
+    day: PlantDay = field(repr=False)
     records: Named = field(repr=False)
     ratio_angle: float = 0.0
     ratio_pressure: float = 0.0
@@ -164,15 +164,15 @@ def draw_sheet(
     random, chosen = _random(purpose, (family_name, against), seed, 0), family(family_name)
     effects = {name: law for name, law in chosen.effects.items() if known is None or name in known}
     kinds = [kind for kind, share in SHARES.items() for _ in range(round(share * n))]
-    kinds += [CaseKind.SINGLE] * (n - len(kinds))
+    kinds += [DrawnKind.SINGLE] * (n - len(kinds))
     singles, foreign, pairs = (
         _endless(random, items) for items in (_alone(effects), _alone(chosen.foreign), _pairs(effects))
     )
     drawn = {
-        CaseKind.NONE: _endless(random, [()]),
-        CaseKind.SINGLE: singles,
-        CaseKind.FOREIGN: foreign,
-        CaseKind.PAIR: pairs,
+        DrawnKind.NONE: _endless(random, [()]),
+        DrawnKind.SINGLE: singles,
+        DrawnKind.FOREIGN: foreign,
+        DrawnKind.PAIR: pairs,
     }
     rows = [(kind, next(drawn[kind])) for kind in kinds]
     order = random.permutation(n)
@@ -225,7 +225,7 @@ def bench_of(case: Case) -> Bench:
 
 
 def record_day(
-    plant: Unit, day: Session, excitations: Sequence[Excitation], disturbance: Disturbance | None = None
+    plant: Unit, day: PlantDay, excitations: Sequence[Excitation], disturbance: Disturbance | None = None
 ) -> Named:
     """Every excitation once on that day, each with noise of its own; names are unique."""
     named: Named = {}
@@ -288,7 +288,7 @@ def made_to_order(family_name: str, unit_seed: int, sizes: Mapping[str, float], 
     bench = _bench_to_order(family_name, unit_seed, seed)
     signs, kind = (
         tuple(1 if size >= 0.0 else -1 for size in sizes.values()),
-        (CaseKind.NONE, CaseKind.SINGLE, CaseKind.PAIR)[min(len(sizes), 2)],
+        (DrawnKind.NONE, DrawnKind.SINGLE, DrawnKind.PAIR)[min(len(sizes), 2)],
     )
     case = Case(
         Purpose.DEVELOPMENT, seed, 0, kind, tuple(sizes), signs, (math.nan,) * len(sizes), BASELINE_DAYS, family_name
@@ -297,7 +297,7 @@ def made_to_order(family_name: str, unit_seed: int, sizes: Mapping[str, float], 
 
 
 def _recorded(
-    case: Case, effects: dict[str, dict[str, Any]], disturbance: Disturbance, day: Session, bench: Bench
+    case: Case, effects: dict[str, dict[str, Any]], disturbance: Disturbance, day: PlantDay, bench: Bench
 ) -> Made:
     records = record_day(bench.plant, day, bench.excitations, disturbance)
     angle, pressure = _ratios(records, record_day(bench.plant, day, bench.excitations), bench)
@@ -308,20 +308,20 @@ def _draw_case(
     purpose: Purpose,
     seed: int,
     number: int,
-    kind: CaseKind,
+    kind: DrawnKind,
     effects: tuple[str, ...],
     branch: tuple[str, str],
     random: Generator,
 ) -> Case:
     laws = family(branch[0]).laws
-    low, high = RATIO_RANGE if kind is CaseKind.SINGLE else CLEAR_RANGE
+    low, high = RATIO_RANGE if kind is DrawnKind.SINGLE else CLEAR_RANGE
     ratios = np.exp(random.uniform(math.log(low), math.log(high), len(effects))).tolist()
     signs = [int(random.choice((-1, 1))) if laws[effect].signed else 1 for effect in effects]
     return Case(purpose, seed, number, kind, effects, tuple(signs), tuple(ratios), int(random.choice((3, 6))), *branch)
 
 
 def _size_for(
-    entry: EffectLaw, sign: int, wanted: float, detail: int, day: Session, bench: Bench
+    entry: EffectLaw, sign: int, wanted: float, detail: int, day: PlantDay, bench: Bench
 ) -> tuple[float, float]:
     """The signed size whose gap is `wanted` floors on some of the excitations, and the ratio it has."""
     some = bench.excitations[:SIZED_ON]

@@ -22,7 +22,7 @@ from hil.reference.disturbance import Disturbance, merged
 from hil.reference.effect_law import EffectLaw
 from hil.reference.excitations import Excitation
 from hil.reference.names import NAMES, STEPPED
-from hil.reference.plant import Build, Session, make_plant
+from hil.reference.plant import Build, PlantDay, make_plant
 from rig.errors import RigError
 
 Columns = dict[str, Array]
@@ -41,10 +41,10 @@ class Stepped(Protocol):
 class Unit(Protocol):
     """One rig of a family."""
 
-    def session(self, seed: int, drift: float = 0.004) -> Session:
+    def session(self, seed: int, drift: float = 0.004) -> PlantDay:
         """A day; `drift` is the relative standard deviation of what drifts, 0.004 to 0.02."""
 
-    def still(self) -> Session:
+    def still(self) -> PlantDay:
         """A day without any drift, as the unit was built."""
 
     def simulate(
@@ -52,7 +52,7 @@ class Unit(Protocol):
         p1_cmd_mpa: Array,
         p2_cmd_mpa: Array,
         period_s: float,
-        session: Session,
+        session: PlantDay,
         disturbance: Disturbance | None = None,
         noise_seed: int = 0,
     ) -> Columns:
@@ -140,7 +140,7 @@ def disturbance(family_name: str, sizes: Mapping[str, float], detail_seed: int =
 
 
 def run(
-    excitation: Excitation, rig: Unit, session: Session, disturbance: Disturbance | None = None, noise_seed: int = 0
+    excitation: Excitation, rig: Unit, session: PlantDay, disturbance: Disturbance | None = None, noise_seed: int = 0
 ) -> Columns:
     """The record of one excitation, see `Unit.simulate`; without a disturbance the rig is healthy."""
     half = 0.5 * excitation.dp_mpa()

@@ -1,8 +1,8 @@
 """What every family's rig does alike, whatever its physics: set-points on the internal grid, motion, readings, in that
 order.
 
-A family brings a `Build`: its equations and what happens to set-points and readings on their way. A `Plant` is one
-unit.
+A family brings a `Build`: its equations and what happens to set-points and readings on their way. A `ReferencePlant`
+is one unit.
 """
 
 from collections.abc import Callable, Mapping
@@ -17,7 +17,7 @@ from hil.reference.disturbance import Disturbance
 from rig.errors import RigError
 
 
-class Session(NamedTuple):
+class PlantDay(NamedTuple):
     """What a day brings to a unit: the drifted rig, and the errors of its instruments; which of them, the family
     says."""
 
@@ -57,7 +57,7 @@ class Build:
     travel: str
     """Beyond which angle the equations end, for the message."""
     draw_unit: Callable[[Generator], Any]
-    draw_session: Callable[[Any, float, Generator], Session]
+    draw_session: Callable[[Any, float, Generator], PlantDay]
     """(physics, relative standard deviation of what drifts, chance) -> a day."""
     set_points: Callable[[Array, Array, int, float, Any, Generator], tuple[Array, Array]]
     """(p1, p2 in MPa, internal steps a period, period in s, timing law, chance) -> both on the internal grid."""
@@ -66,7 +66,7 @@ class Build:
     in MPa and the angle in rad at each tick, shape (3, n)."""
     stamped: Callable[[Array, float, Any], Array]
     """(columns, period in s, timing law) -> columns by the readings' clock."""
-    readings: Callable[[Array, Any, Session, float, Generator], Array]
+    readings: Callable[[Array, Any, PlantDay, float, Generator], Array]
     """(columns, reading law, day, period in s, chance) -> p1, p2 in MPa, angle in deg as recorded."""
     lost: Callable[[Array, Any, Generator], Array]
     """(columns, timing law, chance) -> columns with readings lost on the way."""
@@ -79,27 +79,27 @@ class Build:
 
 
 @dataclass(frozen=True)
-class Plant:
+class ReferencePlant:
     """One unit: a healthy rig with its own parameters, its angle counted from where it rests at P0 = 0.2 MPa."""
 
     build: Build
     physics: Any
     zero_rad: float
 
-    def session(self, seed: int, drift: float = 0.004) -> Session:
+    def session(self, seed: int, drift: float = 0.004) -> PlantDay:
         """A day on this unit; `drift` is the relative standard deviation of what drifts (0.004 to 0.02)."""
         return self.build.draw_session(self.physics, drift, default_rng(SeedSequence((self.build.seeds.day, seed))))
 
-    def still(self) -> Session:
+    def still(self) -> PlantDay:
         """A day without any drift, as the unit was built."""
-        return Session(self.physics)
+        return PlantDay(self.physics)
 
     def simulate(
         self,
         p1_cmd_mpa: Array,
         p2_cmd_mpa: Array,
         period_s: float,
-        session: Session,
+        session: PlantDay,
         disturbance: Disturbance | None = None,
         noise_seed: int = 0,
     ) -> dict[str, Array]:
@@ -126,20 +126,20 @@ def varied(nominal: dict[str, float], spreads: Mapping[str, float], random: Gene
     return {name: value * off.get(name, 1.0) for name, value in nominal.items()}
 
 
-def make_plant(build: Build, unit_seed: int) -> Plant:
+def make_plant(build: Build, unit_seed: int) -> ReferencePlant:
     """The unit of that number; the same number gives the same unit."""
     physics, step_s = build.draw_unit(default_rng(SeedSequence((build.seeds.unit, unit_seed)))), build.step_s
     quiet = np.full(round(0.5 / step_s), 0.2)
     settling = round(build.settle_s / step_s)
     out = build.integrate(quiet, quiet, len(quiet), settling, step_s, 0.0, physics, build.healthy.rig)
-    return Plant(build, physics, float(out[2, 0]))
+    return ReferencePlant(build, physics, float(out[2, 0]))
 
 
 def _true_motion(
     build: Build,
     set_points_mpa: tuple[Array, Array],
     period_s: float,
-    session: Session,
+    session: PlantDay,
     disturbance: Disturbance,
     random: Generator,
 ) -> Array:

@@ -14,7 +14,7 @@ from hil.reference.cases import (
     DAYS,
     SISTERS,
     Case,
-    CaseKind,
+    DrawnKind,
     Purpose,
     bench_of,
     draw_sheet,
@@ -26,7 +26,7 @@ from hil.reference.compiling import Array
 from hil.reference.disturbance import Disturbance
 from hil.reference.families import Named, Unit
 from hil.reference.names import NAMES
-from hil.reference.plant import Session
+from hil.reference.plant import PlantDay
 from rig.errors import RigError
 
 Commands = Mapping[str, tuple[Array, Array, float]]
@@ -36,7 +36,7 @@ NOISE_OF_REPEATS = 1000
 
 
 @dataclass(frozen=True)
-class Bench:
+class PlantBench:
     """See rig.blind_check.source.BenchData."""
 
     p0_mpa: float
@@ -46,7 +46,7 @@ class Bench:
 
 
 @dataclass(frozen=True)
-class CaseData:
+class PlantCase:
     """See rig.blind_check.source.CaseData."""
 
     records: Named
@@ -94,16 +94,16 @@ class PhysicsSource:
         case = _case(label)
         return f"{case.family}-{case.against}-{case.seed}-{case.unit}"
 
-    def bench(self, label: dict[str, Any]) -> Bench:
+    def bench(self, label: dict[str, Any]) -> PlantBench:
         bench = bench_of(_case(label))
         untouched = [record_day(bench.plant, day, bench.untouched) for day in bench.days[:UNTOUCHED_DAYS]]
         if self.session is None:
-            return Bench(bench.excitations[0].p0_mpa, list(bench.baselines), untouched, bench.sister)
+            return PlantBench(bench.excitations[0].p0_mpa, list(bench.baselines), untouched, bench.sister)
         days = [played(bench.plant, day, bench.family.healthy, self.session) for day in bench.days]
         sister = played(*bench.sister_rig, bench.family.healthy, self.session)
-        return Bench(_rest_mpa(self.session), days, untouched, sister)
+        return PlantBench(_rest_mpa(self.session), days, untouched, sister)
 
-    def case(self, label: dict[str, Any]) -> CaseData:
+    def case(self, label: dict[str, Any]) -> PlantCase:
         case = _case(label)
         bench = bench_of(case)
         made, untouched = realise_in_range(case, bench)
@@ -113,7 +113,7 @@ class PhysicsSource:
         records = made.records
         if self.session is not None:
             records = played(bench.plant, made.day, made.disturbance, self.session)
-        return CaseData(records, untouched, facts)
+        return PlantCase(records, untouched, facts)
 
     def repeat(self, label: dict[str, Any], facts: Mapping[str, Any], commands: Commands, number: int) -> Named:
         case = _case(label)
@@ -124,7 +124,7 @@ class PhysicsSource:
 
 def _case(label: dict[str, Any]) -> Case:
     lists = {name: tuple(label[name]) for name in ("effects", "signs", "wanted_ratios")}
-    return Case(**label | lists | {"purpose": Purpose(label["purpose"]), "kind": CaseKind(label["kind"])})
+    return Case(**label | lists | {"purpose": Purpose(label["purpose"]), "kind": DrawnKind(label["kind"])})
 
 
 def _rest_mpa(session: Commands) -> float:
@@ -132,7 +132,7 @@ def _rest_mpa(session: Commands) -> float:
     return round(float(np.median([np.median(0.5 * (p1 + p2)) for p1, p2, _ in session.values()])), 3)
 
 
-def played(plant: Unit, day: Session, disturbance: Disturbance, commands: Commands, noise_seed: int = 0) -> Named:
+def played(plant: Unit, day: PlantDay, disturbance: Disturbance, commands: Commands, noise_seed: int = 0) -> Named:
     """Given set-points on that day, with noise from that seed on. A record under which the joint leaves its range is
     missing, as on a rig whose guard ends it; RigError where all are."""
     records: Named = {}

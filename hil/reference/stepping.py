@@ -12,7 +12,7 @@ from numpy.random import SeedSequence, default_rng
 
 from hil.reference.compiling import Array, State
 from hil.reference.disturbance import Disturbance
-from hil.reference.plant import Plant
+from hil.reference.plant import ReferencePlant
 from rig.errors import RigError
 
 REST_MPA: Final = 0.2
@@ -64,7 +64,9 @@ class SteppedPlant(ABC):
     angle: ClassVar[int]
     """Where it holds the joint's angle (rad)."""
 
-    def __init__(self, plant: Plant, session: Any, disturbance: Disturbance, period_s: float, noise_seed: int) -> None:
+    def __init__(
+        self, plant: ReferencePlant, session: Any, disturbance: Disturbance, period_s: float, noise_seed: int
+    ) -> None:
         require_without_memory(disturbance.timing, self.timing, "the timing")
         require_without_memory(disturbance.reading, self.reading, "the reading")
         build = plant.build

@@ -18,11 +18,11 @@ from rig.realtime import measures
 from rig.realtime.clock import MonotonicClock
 from rig.realtime.ring import Ring
 from rig.realtime.safe_state import (
+    LoopVerdict,
     Outcome,
     SafeBlock,
     SafeStateAuthority,
     SecondPath,
-    Verdict,
     WatchedProcess,
     Writer,
     insist,
@@ -31,7 +31,7 @@ from rig.realtime.supervisor import Supervisor
 from rig.rig_config import RigConfig
 from rig.service.processes import name_process
 from rig.service.session.session import Watching
-from rig.service.session.session_monitor import Parts
+from rig.service.session.session_monitor import SessionParts
 from rig.service.session.watchers import WatcherOrders
 
 GUARDIAN_PATIENCE_NS: Final = 250_000_000
@@ -66,7 +66,7 @@ def watcher_process(orders: WatcherOrders, pipe: Connection) -> None:
     pipe.send(("ready", _take_measures(rig)))
     pipe.close()
     try:
-        if supervisor.run() is not Verdict.WATCHING and orders.speaks:
+        if supervisor.run() is not LoopVerdict.WATCHING and orders.speaks:
             _speak(block, orders.writer)
     finally:
         with contextlib.suppress(Exception):
@@ -151,10 +151,10 @@ def make_safe(rig: RigConfig) -> Outcome:
     )
 
 
-def parts_of(rig: RigConfig, *, virtual: bool = False, seed: int | None = None) -> Parts:
+def parts_of(rig: RigConfig, *, virtual: bool = False, seed: int | None = None) -> SessionParts:
     """What the daemon's session monitor needs to make the processes of this rig. A virtual rig moves nothing and has no
     supervisor."""
-    return Parts(
+    return SessionParts(
         rig=rig,
         loop=compose.loop_process,
         watching=None if virtual else watching(rig),

@@ -14,14 +14,14 @@ from rig.app.runs import runner
 from rig.app.terminal import console, styled
 
 
-class Step(NamedTuple):
+class TourStep(NamedTuple):
     """What is shown above it, and its command lines; of several, each shows its last line only."""
 
     title: str
     commands: list[list[str]]
 
 
-def steps(out: Path) -> list[list[Step]]:
+def steps(out: Path) -> list[list[TourStep]]:
     """The steps in their order; those of one group run side by side: none needs another's files, and what needs a true
     period is alone."""
     baselines = [out / f"baseline_{n}" for n in (1, 2, 3)]
@@ -34,32 +34,34 @@ def steps(out: Path) -> list[list[Step]]:
     programme = ["run", "paper", *virtual, "--out", f"{out / 'paper'}"]
     changed = ["run", "gap", *virtual, "--seed", "21", "--rig", "simulated_worn", "--out", f"{worn}"]
     return [
-        [Step("One sine in real time, a tick each 5 ms", [["run", "quick", "--out", f"{out / 'quick'}"]])],
+        [TourStep("One sine in real time, a tick each 5 ms", [["run", "quick", "--out", f"{out / 'quick'}"]])],
         [
-            Step("The records of the paper, in virtual time", [programme]),
-            Step("Three healthy sessions for the diagnosis, and one on a rig that has changed", [*sessions, changed]),
+            TourStep("The records of the paper, in virtual time", [programme]),
+            TourStep(
+                "Three healthy sessions for the diagnosis, and one on a rig that has changed", [*sessions, changed]
+            ),
         ],
         [
-            Step("The hysteresis loop of the sine", [["log", "plot", f"{sine}", "-o", f"{out / 'loop.png'}"]]),
-            Step(
+            TourStep("The hysteresis loop of the sine", [["log", "plot", f"{sine}", "-o", f"{out / 'loop.png'}"]]),
+            TourStep(
                 "The model, identified from the first healthy session",
                 [["identify", f"{baselines[0]}", "--early-stop", "100", "-o", f"{model}"]],
             ),
         ],
         [
-            Step(
+            TourStep(
                 "How well it predicts the paper's records, which it has not seen",
                 [["validate", f"{model}", f"{out / 'paper'}"]],
             ),
-            Step(
+            TourStep(
                 "The recorded commands once more, on the simulator",
                 [["replay", f"{sine}", "-o", f"{out / 'replay.mcap'}"]],
             ),
-            Step(
+            TourStep(
                 "What does a simulator lack that says nothing of this? No earlier day is needed",
                 [["gap", "diagnose", "--model", "configs/models/simulated.yaml", "--log", f"{worn}"]],
             ),
-            Step(
+            TourStep(
                 "What has changed (its regulators answer 10 ms later: configs/rigs/simulated_worn.yaml)",
                 [
                     ["gap", "diagnose", "--model", f"{model}", "--log", f"{worn}"]
@@ -78,7 +80,7 @@ def begun(words: list[str], shown: bool) -> "subprocess.Popen[str]":
     return subprocess.Popen([sys.executable, "-m", "rig.cli.main", *words], stdout=output, text=True, env=wide)
 
 
-def told(step: Step, running: "list[subprocess.Popen[str]]") -> int:
+def told(step: TourStep, running: "list[subprocess.Popen[str]]") -> int:
     """Wait for a step's commands and show what they said; the first status that is not 0, else 0."""
     for process in running:
         said, _ = process.communicate()
@@ -87,7 +89,7 @@ def told(step: Step, running: "list[subprocess.Popen[str]]") -> int:
     return next((process.returncode for process in running if process.returncode), 0)
 
 
-def together(group: list[Step]) -> int:
+def together(group: list[TourStep]) -> int:
     """Carry out the steps of a group side by side and tell of one after the other; the first status that is not 0."""
     alone = len(group) == 1 and len(group[0].commands) == 1
     running = [[begun(words, alone) for words in step.commands] for step in group]
@@ -98,7 +100,7 @@ def together(group: list[Step]) -> int:
     return next((status for status in statuses if status), 0)
 
 
-def announce(step: Step) -> None:
+def announce(step: TourStep) -> None:
     """Its title and its command lines."""
     terminal = console()
     terminal.print(f"\n{step.title}", style="bold")
@@ -129,14 +131,14 @@ def main(words: list[str]) -> int:
     return 0
 
 
-def _again_in_virtual_time(out: Path, step: Step) -> int:
+def _again_in_virtual_time(out: Path, step: TourStep) -> int:
     """A machine that stood still for some periods has ended the real-time step; the tour goes on without its clock."""
     (out / "quick").rename(out / "quick_in_real_time")
     console().print(
         "this machine did not hold 5 ms just now (pamrig latency shows how well it can); once more in virtual time",
         style="yellow",
     )
-    return together([Step("The same sine in virtual time", [[*step.commands[0], "--clock", "virtual"]])])
+    return together([TourStep("The same sine in virtual time", [[*step.commands[0], "--clock", "virtual"]])])
 
 
 if __name__ == "__main__":

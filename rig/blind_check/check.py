@@ -15,7 +15,7 @@ from rig.blind_check.answer import answer_cases
 from rig.blind_check.experiments import told_by_experiments
 from rig.blind_check.folder import MODEL_FILES, CheckFolder, read_json, read_truth, write_json
 from rig.blind_check.follow_up import carry_out, rounds_of
-from rig.blind_check.generate import Unit, make_unit, open_labels
+from rig.blind_check.generate import BenchCases, make_unit, open_labels
 from rig.blind_check.modes import MODES, ROUNDS
 from rig.blind_check.row import Row, Scored, facts_of, read_scored, truth_of
 from rig.blind_check.sandbox import LAYERS
@@ -30,7 +30,7 @@ CHUNK: Final = 10
 """Questions an answering process is started for when the steps are done apart."""
 
 
-def make_answer_score(unit: Unit, keep: bool = False, rounds: int = ROUNDS) -> int:
+def make_answer_score(unit: BenchCases, keep: bool = False, rounds: int = ROUNDS) -> int:
     """All three steps for one unit; returns how many cases it has. Records are removed when scored unless `keep`."""
     make_unit(unit)
     answer_cases(str(unit.folder.questions), str(unit.folder.answers), unit.tokens)
@@ -49,7 +49,7 @@ def answer_chunk(folder: CheckFolder, tokens: Sequence[str]) -> int:
     return len(tokens)
 
 
-def score_unit(unit: Unit, rounds: int = ROUNDS) -> int:
+def score_unit(unit: BenchCases, rounds: int = ROUNDS) -> int:
     """Recommended experiments, at most so many `rounds`, and scores of a unit's answered cases; returns how many."""
     labels = dict(zip(unit.tokens, unit.labels, strict=True))
     missing = {token: label for token, label in labels.items() if not unit.folder.score(token).exists()}

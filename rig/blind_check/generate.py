@@ -35,7 +35,7 @@ theirs."""
 
 
 @dataclass(frozen=True)
-class Unit:
+class BenchCases:
     """The cases of one bench: what one piece of making does."""
 
     source: Source
@@ -99,7 +99,7 @@ def _opened(folder: CheckFolder) -> tuple[dict[str, Any], list[str]]:
     return sheet, [token_of(key, number) for number in range(len(sheet["cases"]))]
 
 
-def units(source: Source, folder: CheckFolder) -> list[Unit]:
+def units(source: Source, folder: CheckFolder) -> list[BenchCases]:
     """The check's cases by bench."""
     sheet, tokens = _opened(folder)
     grouped: dict[str, list[int]] = {}
@@ -110,7 +110,7 @@ def units(source: Source, folder: CheckFolder) -> list[Unit]:
         return tuple(items[number] for number in numbers)
 
     return [
-        Unit(
+        BenchCases(
             source,
             folder,
             picked(sheet["cases"], numbers),
@@ -122,7 +122,7 @@ def units(source: Source, folder: CheckFolder) -> list[Unit]:
     ]
 
 
-def make_unit(unit: Unit) -> list[str]:
+def make_unit(unit: BenchCases) -> list[str]:
     """Write the questions and truths of one unit's cases that are not made yet; returns their tokens."""
     missing = [number for number, token in enumerate(unit.tokens) if not made(unit.folder, token)]
     if not missing:
@@ -143,7 +143,7 @@ def made(folder: CheckFolder, token: str) -> bool:
     return folder.answer(token).exists() or (folder.truth(token).exists() and folder.question(token).exists())
 
 
-def _make_case(unit: Unit, number: int, bench: BenchData, shared: Path) -> None:
+def _make_case(unit: BenchCases, number: int, bench: BenchData, shared: Path) -> None:
     label, token = unit.labels[number], unit.tokens[number]
     place = unit.folder.question(token)
     data = unit.source.case(label)

@@ -49,7 +49,7 @@ PAIRED: Final = ("sensor_gain", "sensor_offset", "sensor_nonlinearity", "sensor_
 
 
 @dataclass(frozen=True)
-class Bench:
+class RealBench:
     """See rig.blind_check.source.BenchData."""
 
     p0_mpa: float
@@ -104,10 +104,10 @@ class RecordsSource:
     def bench_key(self, label: Label) -> str:
         return f"{self.folder.name}-{label['held']}"
 
-    def bench(self, label: Label) -> Bench:
+    def bench(self, label: Label) -> RealBench:
         held = _held(self.folder, int(label["held"]))
         untouched = [day.untouched for day in (*held.days, *held.readings)][: max(len(held.days), LEAST_READINGS)]
-        return Bench(held.p0_mpa, [_named(day.given) for day in held.days], list(map(_named, untouched)), {})
+        return RealBench(held.p0_mpa, [_named(day.given) for day in held.days], list(map(_named, untouched)), {})
 
     def case(self, label: Label) -> PutInCase:
         held = _held(self.folder, int(label["held"]))
@@ -131,7 +131,7 @@ class RecordsSource:
 
 
 @dataclass(frozen=True, eq=False)
-class Day:
+class RecordedDay:
     """One session: what a diagnosis gets, and what is kept from all of them."""
 
     given: tuple[Record, ...]
@@ -147,9 +147,9 @@ class Day:
 class Held:
     """A session that is held out to be the case's day, and its earlier days."""
 
-    day: Day
-    days: tuple[Day, ...]
-    readings: tuple[Day, ...]
+    day: RecordedDay
+    days: tuple[RecordedDay, ...]
+    readings: tuple[RecordedDay, ...]
     """The earlier days read once more."""
     p0_mpa: float
     floor_deg: float
@@ -160,7 +160,7 @@ class Held:
 
 
 @lru_cache(maxsize=4)
-def _sessions(folder: Path) -> tuple[Day, ...]:
+def _sessions(folder: Path) -> tuple[RecordedDay, ...]:
     """RecordError when a session holds nothing that a diagnosis could use."""
     from rig.log.reader import read
 
@@ -169,16 +169,16 @@ def _sessions(folder: Path) -> tuple[Day, ...]:
     return tuple(_day(place, read(place)) for place in (inside if several else [folder]))
 
 
-def _day(place: Path, records: Sequence[Record]) -> Day:
+def _day(place: Path, records: Sequence[Record]) -> RecordedDay:
     notes: list[str] = []
     fit = [_even(record) for record in records if usable(record, notes)]
     if not fit:
         raise RecordError(f"{place}: {reasons(notes)}")
     if len(fit) >= KEPT:
-        return Day(tuple(r for k, r in enumerate(fit) if k % KEPT != KEPT - 1), tuple(fit[KEPT - 1 :: KEPT]))
+        return RecordedDay(tuple(r for k, r in enumerate(fit) if k % KEPT != KEPT - 1), tuple(fit[KEPT - 1 :: KEPT]))
     cut = [(record.rows(slice(0, row)), record.rows(slice(row, None)))
            for record in fit for row in [round(GIVEN * len(record))]]  # fmt: skip
-    return Day(tuple(first for first, _ in cut), tuple(_later(second) for _, second in cut))
+    return RecordedDay(tuple(first for first, _ in cut), tuple(_later(second) for _, second in cut))
 
 
 def _later(record: Record) -> Record:
@@ -214,7 +214,7 @@ def _held(folder: Path, number: int) -> Held:
     )
 
 
-def _again(day: Day, seed: int) -> Day:
+def _again(day: RecordedDay, seed: int) -> RecordedDay:
     """The same session read once more: the sensor's step and its noise drawn anew."""
     random = np.random.default_rng(seed)
 
@@ -225,10 +225,10 @@ def _again(day: Day, seed: int) -> Day:
         noise = min(white_noise([angle]), half or np.inf) * random.standard_normal(len(angle))
         return reread(record, lambda each: each + half * random.uniform(-1.0, 1.0, len(each)) + noise)
 
-    return Day(tuple(map(read, day.given)), tuple(map(read, day.untouched)))
+    return RecordedDay(tuple(map(read, day.given)), tuple(map(read, day.untouched)))
 
 
-def _floor_deg(sessions: Sequence[Day]) -> float:
+def _floor_deg(sessions: Sequence[RecordedDay]) -> float:
     """What the sessions' angles differ by (rms), or a share of their motion where there is one."""
     moved = [angle - angle.mean() for angle in sessions[0].angles]
     if len(sessions) == 1:
@@ -236,19 +236,19 @@ def _floor_deg(sessions: Sequence[Day]) -> float:
     return float(np.sqrt(np.mean([_apart(one, two) ** 2 for one, two in pairwise(sessions)])))
 
 
-def _apart(one: Day, two: Day) -> float:
+def _apart(one: RecordedDay, two: RecordedDay) -> float:
     rows = [min(len(a), len(b)) for a, b in zip(one.angles, two.angles, strict=False)]
     parts = [a[:n] - b[:n] for a, b, n in zip(one.angles, two.angles, rows, strict=False)]
     return rms(np.concatenate(parts))
 
 
-def _put(law: PutIn, size: float, day: Day, seed: int) -> Day:
+def _put(law: PutIn, size: float, day: RecordedDay, seed: int) -> RecordedDay:
     random = np.random.default_rng(seed)
     given = tuple(law.put(record, size, random) for record in day.given)
-    return Day(given, tuple(law.put(record, size, random) for record in day.untouched))
+    return RecordedDay(given, tuple(law.put(record, size, random) for record in day.untouched))
 
 
-def _ratio(day: Day, whole: Day, held: Held) -> float:
+def _ratio(day: RecordedDay, whole: RecordedDay, held: Held) -> float:
     """Gap over floor of a changed day beside the same without the change."""
     return rms(np.concatenate(day.angles) - np.concatenate(whole.angles)) / held.floor_deg
 
@@ -278,8 +278,8 @@ def _endless(random: Random, items: list[tuple[str, ...]]) -> Iterator[tuple[str
     return cycle(random.sample(items, len(items)))
 
 
-def _named(records: "Day | Sequence[Record]") -> Named:
-    some = records.given if isinstance(records, Day) else records
+def _named(records: "RecordedDay | Sequence[Record]") -> Named:
+    some = records.given if isinstance(records, RecordedDay) else records
     return {record.name: _columns(record) for record in some}
 
 

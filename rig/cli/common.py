@@ -13,7 +13,7 @@ import click
 
 from hil.reference.names import NAMES as FAMILIES
 from rig.cli.outputs import FormerArgument, Output, told_at_the_end
-from rig.outputs import Kind, write_text
+from rig.outputs import OutputKind, write_text
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -40,7 +40,7 @@ def json_option(command: F) -> F:
         "--json",
         "json_to",
         metavar="FILE",
-        type=Output(Kind.JSON, stdout=True),
+        type=Output(OutputKind.JSON, stdout=True),
         help="Write the result as JSON to FILE, or to stdout with '-'.",
     )(command)
 
@@ -96,7 +96,7 @@ def emit(result: dict[str, Any], json_to: str | None) -> None:
         click.echo(text)
         return
     with told_at_the_end():
-        write_text(Path(json_to), text + "\n", Kind.JSON)
+        write_text(Path(json_to), text + "\n", OutputKind.JSON)
 
 
 def plain(value: Any) -> Any:

@@ -9,7 +9,7 @@ import click
 from click.shell_completion import CompletionItem
 
 from rig.cli.outputs import Command, Output
-from rig.outputs import Kind
+from rig.outputs import OutputKind
 
 LOGS: Final = (".mcap", ".csv", ".csv.gz", ".tdms")
 YAML: Final = (".yaml", ".yml")
@@ -38,9 +38,10 @@ OURS: Final = {
 }  # fmt: skip
 """Name of a parameter -> the folder of pamrig's own files that it takes by their name."""
 WRITTEN: Final = {
-    Kind.JSON: (".json",), Kind.PAGE: (".html",), Kind.FIGURE: (".png", ".svg", ".pdf"), Kind.RECORDING: (".mcap",),
-    Kind.MODEL: YAML, Kind.SWEEP: YAML, Kind.CALIBRATION: YAML, Kind.LEVELS: YAML, Kind.RIG: YAML, Kind.FOLDER: (),
-    Kind.TABLE: (".csv", ".md"), Kind.MAPPING: YAML, Kind.HUNT: (".json",), Kind.METRICS: (".prom",),
+    OutputKind.JSON: (".json",), OutputKind.PAGE: (".html",), OutputKind.FIGURE: (".png", ".svg", ".pdf"),
+    OutputKind.RECORDING: (".mcap",), OutputKind.MODEL: YAML, OutputKind.SWEEP: YAML, OutputKind.CALIBRATION: YAML,
+    OutputKind.LEVELS: YAML, OutputKind.RIG: YAML, OutputKind.FOLDER: (), OutputKind.TABLE: (".csv", ".md"),
+    OutputKind.MAPPING: YAML, OutputKind.HUNT: (".json",), OutputKind.METRICS: (".prom",),
 }  # fmt: skip
 """Kind of an output -> how its files end."""
 SHELLS: Final = ("bash", "zsh", "fish")

@@ -7,7 +7,7 @@ import click
 from rig.app.terminal import console, progress, styled
 from rig.cli.common import Number, emit, json_option
 from rig.cli.outputs import Group, output_option
-from rig.outputs import Kind
+from rig.outputs import OutputKind
 
 _RIG = click.option(
     "--rig",
@@ -93,7 +93,7 @@ def probe(
     help="Take the points from this YAML file; nothing is opened.",
 )
 @output_option(
-    Kind.CALIBRATION, "Calibration file to write; other roles in it stay.", required=True, metavar="FILE.yaml"
+    OutputKind.CALIBRATION, "Calibration file to write; other roles in it stay.", required=True, metavar="FILE.yaml"
 )
 @click.option(
     "--form",

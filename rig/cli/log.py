@@ -11,7 +11,7 @@ import click
 from rig.app.terminal import console, styled
 from rig.cli.common import Number, emit, json_option
 from rig.cli.outputs import FORMERLY_OUTPUT, Group, Renamed, figure_option, output_option
-from rig.outputs import Kind, targets_in, write_text
+from rig.outputs import OutputKind, targets_in, write_text
 from rig.report.shown_text import in_lines, in_one_line
 
 _FILES = click.argument("logs", nargs=-1, required=True, metavar="LOG...", type=click.Path(path_type=Path))
@@ -64,7 +64,7 @@ def check(logs: tuple[Path, ...], json_to: str | None) -> None:
 
 @log.command(short_help="Rescue a cut or damaged log.")
 @_FILE
-@output_option(Kind.RECORDING, "Default: NAME.recovered.mcap beside LOG.", metavar="FILE")
+@output_option(OutputKind.RECORDING, "Default: NAME.recovered.mcap beside LOG.", metavar="FILE")
 @json_option
 def recover(log_file: Path, output: Path | None, json_to: str | None) -> None:
     """Save every part of a cut or damaged LOG that passes its CRC into a new file, and say what was lost. LOG stays as
@@ -118,7 +118,7 @@ def _recovery_json(result: Any) -> dict[str, Any]:
 @click.option("--tag", "tags", multiple=True, metavar="NAME=VALUE", help="Goes into the record: muscle, load, who.")
 @click.option("--note", metavar="TEXT", help="Why it was taken: goes into the record.")
 @output_option(
-    Kind.RECORDING,
+    OutputKind.RECORDING,
     "A file, or a folder for several; default: NAME.mcap in the current folder.",
     or_folder=True,
     metavar="OUT",
@@ -176,7 +176,7 @@ def _guess(file: Path, output: Path | None, json_to: str | None) -> None:
     for line in found.doubts:
         terminal.print(styled(("# look at:", "yellow"), f" {in_lines(line)}"))
     if output is not None:
-        write_text(output, text, Kind.MAPPING)
+        write_text(output, text, OutputKind.MAPPING)
         terminal.print(in_lines(f"# next: pamrig log import {file} --mapping {output}"), markup=False)
     emit({"file": str(file), "mapping": found.mapping, "meaning": found.meaning, "doubts": found.doubts}, json_to)
 
@@ -189,10 +189,13 @@ def _guess(file: Path, output: Path | None, json_to: str | None) -> None:
     type=click.Choice(["csv", "csv.gz", "parquet", "mat"]),
     default="csv",
     show_default=True,
-    help="Kind of the files.",
+    help="OutputKind of the files.",
 )
 @output_option(
-    Kind.RECORDING, "A file, or a folder for several logs; default: beside each log.", or_folder=True, metavar="OUT"
+    OutputKind.RECORDING,
+    "A file, or a folder for several logs; default: beside each log.",
+    or_folder=True,
+    metavar="OUT",
 )
 @click.option(
     "--period",
@@ -220,7 +223,7 @@ def export(logs: tuple[Path, ...], kind: str, output: Path | None, period_s: flo
 @log.command(short_help="Draw a log.")
 @_FILE
 @output_option(
-    Kind.FIGURE, "PNG, SVG or PDF by its suffix; without it, a small picture here.", or_folder=True, metavar="OUT"
+    OutputKind.FIGURE, "PNG, SVG or PDF by its suffix; without it, a small picture here.", or_folder=True, metavar="OUT"
 )
 @click.option("--all", "whole", is_flag=True, help="All phases of the run, not the sweep alone.")
 @click.option("--from", "from_s", type=Number(0.0), default=0.0, help="Begin so many seconds after the first row.")

@@ -11,7 +11,7 @@ import click
 from click.decorators import FC
 
 from rig.errors import Interrupted, RigError, beside
-from rig.outputs import Kind, check_apart, check_place
+from rig.outputs import OutputKind, check_apart, check_place
 
 _UNWRITTEN = "pamrig.unwritten"
 """In what click passes on between contexts: why results were not written."""
@@ -23,7 +23,9 @@ class Output(click.ParamType):  # type: ignore[type-arg]  # generic in the stubs
 
     name = "file"
 
-    def __init__(self, kind: Kind, *, stdout: bool = False, or_folder: bool = False, make_folder: bool = False) -> None:
+    def __init__(
+        self, kind: OutputKind, *, stdout: bool = False, or_folder: bool = False, make_folder: bool = False
+    ) -> None:
         self.kind, self._stdout, self.or_folder, self._make_folder = kind, stdout, or_folder, make_folder
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
@@ -32,7 +34,7 @@ class Output(click.ParamType):  # type: ignore[type-arg]  # generic in the stubs
             return "-"
         path = Path(value)
         folder = self.or_folder and (os.path.isdir(path) or not path.suffix)
-        check_place(path, Kind.FOLDER if folder else self.kind, make_folder=self._make_folder)
+        check_place(path, OutputKind.FOLDER if folder else self.kind, make_folder=self._make_folder)
         return str(path) if self._stdout else path
 
 
@@ -113,7 +115,7 @@ def options_behind_the_step(ctx: click.Context) -> None:
         raise click.UsageError(f"{option} stands before {ctx.invoked_subcommand}; options stand behind the step", ctx)
 
 
-def output_option(kind: Kind, help_text: str, *, or_folder: bool = False, **more: Any) -> Callable[[FC], FC]:
+def output_option(kind: OutputKind, help_text: str, *, or_folder: bool = False, **more: Any) -> Callable[[FC], FC]:
     """`-o`, also `--output` and `--out`: where a command writes its result, passed to it as `output`. Folders on the
     way are made."""
     place = Output(kind, or_folder=or_folder, make_folder=True)
@@ -126,7 +128,7 @@ FORMERLY_OUTPUT: Final = ("-o", "--output", "--out")
 
 def figure_option(help_text: str, *, former: Sequence[str] = (), or_folder: bool = False) -> Callable[[FC], FC]:
     """`--figure`: a picture of the result, passed on as `figure`. Folders on the way are made."""
-    place = Output(Kind.FIGURE, or_folder=or_folder, make_folder=True)
+    place = Output(OutputKind.FIGURE, or_folder=or_folder, make_folder=True)
     metavar = "OUT" if or_folder else "FILE"
     return click.option("--figure", cls=Renamed, former=former, type=place, metavar=metavar, help=help_text)
 

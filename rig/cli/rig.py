@@ -8,7 +8,7 @@ import click
 from rig.app.terminal import console, listing, styled
 from rig.cli.common import emit, json_option
 from rig.cli.outputs import Group, output_option
-from rig.outputs import Kind
+from rig.outputs import OutputKind
 
 
 @click.group(name="rig", cls=Group)
@@ -26,7 +26,7 @@ def rig() -> None:
     help="An answer beforehand: name=mine, or 'period of the loop=10'. Repeatable.",
 )
 @click.option("--yes", is_flag=True, help="Take the default of whatever is not given; nothing is asked.")
-@output_option(Kind.RIG, "Where the YAML goes.", required=True, metavar="RIG.yaml")
+@output_option(OutputKind.RIG, "Where the YAML goes.", required=True, metavar="RIG.yaml")
 @json_option
 def new(like: str | None, given: tuple[str, ...], yes: bool, output: Path, json_to: str | None) -> None:
     """Ask what is there (devices, ranges, safe pressures) and write the YAML of a rig that `pamrig rig check` passes.

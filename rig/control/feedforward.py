@@ -8,7 +8,7 @@ from typing import Final
 import numpy as np
 
 from rig.control.frequency_response import FrequencyResponse, best_linear_approximation
-from rig.control.inverse import ANYTHING, Box, Inverse, invert
+from rig.control.inverse import ANYTHING, DpBounds, Inverse, invert
 from rig.control.plant import Plant
 from rig.errors import EnvelopeError
 from rig.excite.experiment import RunPlan
@@ -34,17 +34,17 @@ class FeedForward:
     iterations: int
 
 
-def envelope_box(limits: Limits, p0_mpa: float, period_ns: int) -> Box:
+def envelope_box(limits: Limits, p0_mpa: float, period_ns: int) -> DpBounds:
     """What range and slew of both set-points leave to their difference about P0."""
     low, high = limits.pressure_mpa
     most = 2.0 * min(p0_mpa - low, high - p0_mpa)
-    return Box(-most, most, 2.0 * limits.slew_mpa_s * period_ns * 1e-9)
+    return DpBounds(-most, most, 2.0 * limits.slew_mpa_s * period_ns * 1e-9)
 
 
 class Inverter:
     """Feed-forwards of one plant inside one envelope."""
 
-    def __init__(self, plant: Plant, box: Box) -> None:
+    def __init__(self, plant: Plant, box: DpBounds) -> None:
         self._plant, self._box = plant, box
         self._response: FrequencyResponse = best_linear_approximation(plant, AMPLITUDE_MPA)
 
@@ -62,11 +62,11 @@ class Inverter:
         made = replace(plan, tracking=followed, dp_mpa=table[plan.ramp_in_ticks :])
         return FeedForward(made, found.rms_deg, found.max_deg, found.iterations)
 
-    def _inverse(self, reference: Column, beyond: Column, box: Box) -> Inverse:
+    def _inverse(self, reference: Column, beyond: Column, box: DpBounds) -> Inverse:
         return invert(self._plant, self._response, reference, beyond, box)
 
     def _at_the_edge(self, dp_mpa: Column) -> bool:
-        inner = Box(0.999 * self._box.low_mpa, 0.999 * self._box.high_mpa, 0.999 * self._box.step_mpa)
+        inner = DpBounds(0.999 * self._box.low_mpa, 0.999 * self._box.high_mpa, 0.999 * self._box.step_mpa)
         return not inner.holds(dp_mpa)
 
     def _too_much(self, plan: RunPlan, reference: Column, beyond: Column) -> str:

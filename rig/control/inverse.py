@@ -32,7 +32,7 @@ _PADDING_S: Final = 4.0
 
 
 @dataclass(frozen=True)
-class Box:
+class DpBounds:
     """What the envelope leaves to a differential pressure about P0."""
 
     low_mpa: float
@@ -58,7 +58,7 @@ class Box:
         return out
 
 
-ANYTHING: Final = Box(-np.inf, np.inf, np.inf)
+ANYTHING: Final = DpBounds(-np.inf, np.inf, np.inf)
 
 
 @dataclass(frozen=True)
@@ -83,7 +83,7 @@ class Inverse:
 
 
 def invert(
-    plant: Plant, response: FrequencyResponse, reference_deg: Column, beyond_deg: Column, box: Box = ANYTHING
+    plant: Plant, response: FrequencyResponse, reference_deg: Column, beyond_deg: Column, box: DpBounds = ANYTHING
 ) -> Inverse:
     """The feed-forward for a reference (n,) that begins at rest at 0 and goes on for `beyond_deg`.
 

@@ -14,7 +14,7 @@ MOST_LAG_S: Final = 0.5
 
 
 @dataclass(frozen=True)
-class Score:
+class TrackingScore:
     """Of one record's sweep."""
 
     rmse_deg: float
@@ -27,7 +27,7 @@ class Score:
     """How far that went a second: what wears valves and uses air."""
 
 
-def score(angle_deg: Column, reference_deg: Column, dp_cmd_mpa: Column, period_s: float) -> Score:
+def score(angle_deg: Column, reference_deg: Column, dp_cmd_mpa: Column, period_s: float) -> TrackingScore:
     """Of columns (n,) of one record; rows without a measured angle do not count. RecordError where none has one."""
     known = np.isfinite(angle_deg)
     if not known.any():
@@ -35,7 +35,7 @@ def score(angle_deg: Column, reference_deg: Column, dp_cmd_mpa: Column, period_s
     error = (reference_deg - angle_deg)[known]
     travel = float(np.sum(np.abs(np.diff(dp_cmd_mpa)))) / max(period_s * (len(dp_cmd_mpa) - 1), period_s)
     lag = lag_s(filled_in(angle_deg), reference_deg, period_s)
-    return Score(rms(error), float(np.max(np.abs(error))), lag, rms(dp_cmd_mpa), travel)
+    return TrackingScore(rms(error), float(np.max(np.abs(error))), lag, rms(dp_cmd_mpa), travel)
 
 
 def lag_s(angle_deg: Column, reference_deg: Column, period_s: float) -> float:

@@ -17,7 +17,7 @@ from typing import Any, TypeAlias, cast
 
 from rig.config import one_line, parse_yaml, read_text, shown, structure, suggest
 from rig.errors import ConfigError
-from rig.excite.reference import AMPLITUDE, Amplitude, Reference, Tracking, tracking
+from rig.excite.reference import AMPLITUDE, Amplitude, AngleReference, Tracking, tracking
 from rig.excite.signals import Chirp, Mixed, Multisine, Signal, Sine, Triangle, amount, sampled
 from rig.excite.steps import Hold, Prbs, Staircase
 from rig.excite.table import AngleTable, Waveform
@@ -100,7 +100,7 @@ class Sweep:
     @property
     def tracks(self) -> bool:
         """Its records are angles to follow."""
-        return any(isinstance(entry.signal, Reference) for entry in self.entries)
+        return any(isinstance(entry.signal, AngleReference) for entry in self.entries)
 
     @property
     def rests_mpa(self) -> tuple[float, ...]:
@@ -212,7 +212,7 @@ def _record(raw: object, shared: Mapping[str, Any], path: Path, where: str, angl
     for chosen in _product(settings):
         make = _reference if angles else _signal
         signal: Any = make(chosen, names[0], f"{path}: {where}.{names[0]}")
-        shape = signal.signal if isinstance(signal, Reference) else signal
+        shape = signal.signal if isinstance(signal, AngleReference) else signal
         whole = {"duration_s": shape.length_s} if isinstance(shape, Waveform) else {}
         mine = structure(dict(shared) | whole | _listed(own), _Own, f"{path}: {where}")
         timing = Timing(**{f.name: getattr(mine, f.name) for f in fields(Timing)})
@@ -224,15 +224,15 @@ def _signal(settings: object, name: str, where: str) -> Signal:
     return signal
 
 
-def _reference(settings: object, name: str, where: str) -> Reference:
+def _reference(settings: object, name: str, where: str) -> AngleReference:
     """The shape of that name in degrees: a table of angles, or a signal of amplitude 1 times `amplitude_deg`."""
     if name == "waveform":
-        return Reference(structure(settings, AngleTable, where))
+        return AngleReference(structure(settings, AngleTable, where))
     if not isinstance(settings, dict) or AMPLITUDE not in settings or "amplitude_mpa" in settings:
         raise ConfigError(f"{where}: an angle to follow needs {AMPLITUDE}, and no amplitude_mpa")
     size = structure({AMPLITUDE: settings[AMPLITUDE]}, Amplitude, where)
     shape = {key: value for key, value in settings.items() if key != AMPLITUDE} | {"amplitude_mpa": 1.0}
-    return Reference(_signal(shape, name, where), size.amplitude_deg)
+    return AngleReference(_signal(shape, name, where), size.amplitude_deg)
 
 
 def _combinations(record: object, rests: int) -> int:
@@ -271,7 +271,7 @@ def expand(sweep: Sweep, period_ns: int, made: "Waves | None" = None) -> list[Ru
         _check_grid(sweep.name, entry.signal, period_ns)
     waves = {} if made is None else made
     for signal, ticks in lengths:  # repeats share theirs
-        if not isinstance(signal, Reference) and (signal, ticks) not in waves:
+        if not isinstance(signal, AngleReference) and (signal, ticks) not in waves:
             waves[signal, ticks] = sampled(signal, ticks, period_ns)
     plans = [
         _plan(entry, p0, sweep, repeat, period_ns, waves)
@@ -317,7 +317,7 @@ def _plan(
     ticks = _ticks(timing.duration_s, period_ns, 1)
     lead, zero = _ticks(timing.ramp_in_s, period_ns), _ticks(timing.zero_s, period_ns)
     followed = None
-    if isinstance(signal, Reference):
+    if isinstance(signal, AngleReference):
         if zero < LEAST_ZERO_TICKS:
             least = LEAST_ZERO_TICKS * period_ns * 1e-9
             raise ConfigError(f"{sweep.name}: zero_s: {timing.zero_s:g} s; to close the loop at least {least:g} s")
@@ -339,7 +339,7 @@ def _plan(
 
 
 def _parameters(signal: Signal) -> dict[str, Any]:
-    if isinstance(signal, Reference):
+    if isinstance(signal, AngleReference):
         shape = {name: value for name, value in _parameters(signal.signal).items() if name != "amplitude_mpa"}
         return shape | signal.parameters()
     values = {f.name: getattr(signal, f.name) for f in fields(cast(Any, signal))}

@@ -25,7 +25,7 @@ class Amplitude:
 
 
 @dataclass(frozen=True)
-class Reference:
+class AngleReference:
     """A signal in degrees."""
 
     signal: Signal
@@ -64,7 +64,7 @@ class Tracking:
 
 
 def tracking(
-    reference: Reference, ramp_in_ticks: int, ticks: int, period_ns: int, gains: ClosedLoop | None
+    reference: AngleReference, ramp_in_ticks: int, ticks: int, period_ns: int, gains: ClosedLoop | None
 ) -> Tracking:
     """The reference on the grid: led in, the sweep, and a little more."""
     beyond = round(BEYOND_S * 1e9 / period_ns)

@@ -20,7 +20,7 @@ HELD = 2.0
 needed to move them."""
 
 
-class Truth(IntEnum):
+class FactorTruth(IntEnum):
     """What a factor holds."""
 
     NONE = 0
@@ -34,7 +34,7 @@ class Truth(IntEnum):
 class Judgement:
     """What was said of one factor, and what was true."""
 
-    truth: Truth
+    truth: FactorTruth
     none: float
     unknown: float
     """Stated probabilities; what they lack of one is the library's."""
@@ -70,6 +70,6 @@ def log_likelihood(judged: Sequence[Judgement], odds: Odds, other: Odds) -> floa
     alone = np.array([one.alone for one in judged])
     was, now = (alone + (1.0 - alone) * np.exp(one.together) for one in (odds, other))
     times = np.tile(np.exp([other.none - odds.none, other.unknown - odds.unknown, 0.0]), (len(judged), 1))
-    times[:, [Truth.UNKNOWN, Truth.EFFECT]] *= (now / was)[:, None]
+    times[:, [FactorTruth.UNKNOWN, FactorTruth.EFFECT]] *= (now / was)[:, None]
     said = right * times[np.arange(len(judged)), truth] / np.sum(stated * times, axis=1)
     return float(np.mean(np.log(said + LEAST_COUNTED)))

@@ -303,7 +303,7 @@ class Origin:
 
 
 @dataclass(frozen=True)
-class Provenance:
+class FitProvenance:
     """Where the fitted numbers come from. Each command that fits some writes the origin of these, and leaves the
     others."""
 
@@ -320,7 +320,7 @@ class Provenance:
         paths = [".".join(keys[:count]) for count in range(len(keys), 0, -1)]
         return next((self.parts[one] for one in (*paths, EVERYTHING) if one in self.parts), None)
 
-    def renewed(self, made: Mapping[str, Origin]) -> "Provenance":
+    def renewed(self, made: Mapping[str, Origin]) -> "FitProvenance":
         """The same with other origins under these paths, and whatever stood under longer ones gone."""
         kept = {
             path: one for path, one in self.parts.items() if not any(f"{path}.".startswith(f"{new}.") for new in made)
@@ -332,7 +332,7 @@ class Provenance:
 class Fitted:
     """The file `priors.yaml`."""
 
-    provenance: Provenance
+    provenance: FitProvenance
     levels: dict[str, Levels]
     """By reference: session, fingerprint, uncorrected (a fingerprint without its regulators' corrections), simulator,
     and sister: a simulator made for another rig of the build."""

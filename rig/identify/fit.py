@@ -20,7 +20,7 @@ from rig.identify.search.objective import ChainObjective, make_objective, predic
 from rig.identify.search.one_search import Budget, Found, search
 from rig.identify.search.optimizers import Optimizer, Table, make_optimizer, polish
 from rig.identify.search.space import Space
-from rig.identify.search.stability import StabilityTerm, SweepRange, Verdict, check_bounded
+from rig.identify.search.stability import StabilityTerm, StabilityVerdict, SweepRange, check_bounded
 from rig.identify.search.swarm import SwarmSettings
 from rig.identify.search.uncertainty import Uncertainty, local_uncertainty
 from rig.identify.validate import Score, angle_limit, excited_hz, score
@@ -70,7 +70,7 @@ class Identified:
     """The same before the polish: what the optimiser alone reached."""
     evaluations: int
     seconds: float
-    verdict: Verdict
+    verdict: StabilityVerdict
     unbounded_rmse_deg: float | None
     """What the same search reaches when it need not stay bounded; None when that was not asked for."""
     seeds: dict[int, Found]
@@ -173,7 +173,7 @@ def _described(
     done: _Searched,
     uncertainty: Uncertainty,
     rmse: float,
-    verdict: Verdict,
+    verdict: StabilityVerdict,
     data: Sequence[Prepared],
     settings: Settings,
     start: Model,
@@ -284,7 +284,7 @@ class _Task:
         lost = bounded and self.verdict(point).bounded and not self.verdict(better).bounded
         return (point if lost else better), spent
 
-    def verdict(self, point: Table) -> Verdict:
+    def verdict(self, point: Table) -> StabilityVerdict:
         return check_bounded(self.space.model(point), self._settings.sweep, self._limit)
 
     def _again(self) -> Found:
@@ -344,7 +344,7 @@ def _valves(records: Sequence[Record], start: Model) -> ValveFit | None:
     return identify_valves(records, start.sample_time_s, start.p0_mpa)
 
 
-def _valid(data: Sequence[Prepared], settings: Settings, verdict: Verdict, start: Model) -> ValidRange:
+def _valid(data: Sequence[Prepared], settings: Settings, verdict: StabilityVerdict, start: Model) -> ValidRange:
     """The sweep range where the model is bounded over it, else only what the records excite."""
     if verdict.bounded:
         sweep = settings.sweep

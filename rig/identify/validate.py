@@ -10,7 +10,7 @@ from rig.columns import rms
 from rig.identify.records.data import Options, Prepared, prepare
 from rig.identify.records.rest import at_own_rest
 from rig.identify.search.objective import predict
-from rig.identify.search.stability import SweepRange, Verdict, check_bounded
+from rig.identify.search.stability import StabilityVerdict, SweepRange, check_bounded
 from rig.model.chain import lay_out
 from rig.model.driving import driving_pressures
 from rig.model.parameters import Input, Model
@@ -47,7 +47,7 @@ class Validation:
     """A model on some records."""
 
     scores: list[Score]
-    verdict: Verdict
+    verdict: StabilityVerdict
     warnings: list[str] = field(default_factory=list)
 
 

@@ -44,7 +44,7 @@ class Difference:
 
 
 @dataclass(frozen=True, eq=False)
-class Pair:
+class ComparedPair:
     """Two records over the time that they have in common, at the times of A; columns (n,)."""
 
     name: str
@@ -98,7 +98,7 @@ class Pair:
 class Comparison:
     """All pairs, and the records that have no counterpart."""
 
-    pairs: list[Pair]
+    pairs: list[ComparedPair]
     only_a: list[str] = field(default_factory=list)
     only_b: list[str] = field(default_factory=list)
 
@@ -157,7 +157,7 @@ def compare(a: Sequence[Record], b: Sequence[Record]) -> Comparison:
     return Comparison(pairs, [key for key in ours if key not in theirs], [key for key in theirs if key not in ours])
 
 
-def beside(a: Record, b: Record) -> Pair:
+def beside(a: Record, b: Record) -> ComparedPair:
     """B brought to the times of A by their commands."""
     if a.angle_deg is None or b.angle_deg is None:
         raise RecordError(
@@ -176,7 +176,7 @@ def beside(a: Record, b: Record) -> Pair:
         raise RecordError(f"{a.name}: A and B have only {len(rows)} rows of A in common")
     ours = a.rows(rows)
     theirs = _at(b, there, here[rows], ours.t_s)
-    return Pair(a.name, ours, theirs, shift_s, _differences(ours, theirs))
+    return ComparedPair(a.name, ours, theirs, shift_s, _differences(ours, theirs))
 
 
 def _by_name(records: Sequence[Record]) -> dict[str, Record]:

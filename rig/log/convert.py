@@ -19,7 +19,7 @@ from rig.log.mcap.collector import LogLine
 from rig.log.mcap.columns import DTYPES, Array, Samples, kept_as, message_rows, pack_columns
 from rig.log.mcap.reader import McapLog
 from rig.log.mcap.writer import RunWriter
-from rig.log.replay import Comparison
+from rig.log.replay import ReplayComparison
 from rig.outputs import UNFINISHED, make_folder
 from rig.record import AGED, Record
 from rig.sample import WIRES, Flag, Phase
@@ -43,7 +43,7 @@ class LogContent:
     result_facts: Mapping[str, Any]
     attachments: Mapping[str, bytes] = field(default_factory=dict)
     lines: tuple[LogLine, ...] = ()
-    comparison: Comparison | None = None
+    comparison: ReplayComparison | None = None
     """A replay's, derived from the samples and the recording: written as a channel of its own, not read back."""
 
 
@@ -89,7 +89,7 @@ def _log_messages(writer: RunWriter, lines: Iterable[LogLine]) -> Iterator[_Mess
         yield time_ns, writer.log_channel, schema.log_message(level, text, time_ns)
 
 
-def _comparison_messages(writer: RunWriter, comparison: Comparison | None) -> Iterator[_Message]:
+def _comparison_messages(writer: RunWriter, comparison: ReplayComparison | None) -> Iterator[_Message]:
     """The messages of a replay's own channel."""
     if comparison is None:
         return

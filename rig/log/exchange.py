@@ -28,7 +28,7 @@ from rig.log.foreign.units import unit_in_name
 from rig.log.mcap.collector import LogLine
 from rig.log.mcap.columns import DTYPES, Array, Samples, kept_as
 from rig.log.mcap.framing import unpacked_limit
-from rig.outputs import Kind, check_free, writing
+from rig.outputs import OutputKind, check_free, writing
 from rig.sample import WIRES, Sample
 
 SUFFIXES: Final = {"csv": ".csv", "csv.gz": ".csv.gz", "parquet": ".parquet", "mat": ".mat"}
@@ -59,7 +59,7 @@ def export(content: LogContent, path: Path, kind: str) -> list[Path]:
     files = [path, sidecar_path(path)] if kind.startswith("csv") else [path]
     check_free(files)
     try:
-        with writing(path, Kind.RECORDING) as part:
+        with writing(path, OutputKind.RECORDING) as part:
             _WRITERS[kind](content, part, path)
     except BaseException:
         for beside in files[1:]:

@@ -20,7 +20,7 @@ from rig.channels import channels_of
 from rig.errors import RecordError
 from rig.further import PLACES, furthers_of
 from rig.log.foreign.delimited import read_table
-from rig.log.foreign.kinds import Kind, kind_of
+from rig.log.foreign.kinds import FileKind, kind_of
 from rig.log.foreign.sidecar import read_sidecar
 from rig.log.foreign.tables import own_columns, read_tdms
 from rig.log.mcap import schema
@@ -268,7 +268,7 @@ def _warn(said: object) -> None:
 
 def _read_file(path: Path, phases: Iterable[Phase] | None, *, complete_only: bool = False) -> list[Record]:
     kind = kind_of(path)
-    if kind is Kind.MCAP:
+    if kind is FileKind.MCAP:
         with McapLog(path) as log:
             if complete_only:
                 if log.run_facts.get("kind") == schema.BLACK_BOX:
@@ -276,7 +276,7 @@ def _read_file(path: Path, phases: Iterable[Phase] | None, *, complete_only: boo
                 require_complete(log.result_facts, path)
             facts = log.run_facts | log.result_facts
             return records_of(log.samples(names=_needed(facts)), facts, path, phases)
-    if kind is Kind.TDMS:
+    if kind is FileKind.TDMS:
         raw = read_tdms(path)
         return [record_from_columns(own_columns(raw), raw.facts, path)]
     columns: dict[str, Array] = dict(read_table(path, require=lambda names: require_columns(names, path)))

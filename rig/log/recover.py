@@ -17,14 +17,14 @@ from rig.log.mcap.collector import LogLine, SampleCollector
 from rig.log.mcap.columns import Samples
 from rig.log.mcap.contents import map_file
 from rig.log.mcap.framing import DamageError, Unpacker
-from rig.log.mcap.salvage import Damage, Salvage, salvage
+from rig.log.mcap.salvage import DamagedStretch, Salvage, salvage
 from rig.log.reader import stem
 
 RECOVERED_SUFFIX: Final = ".recovered.mcap"
 
 
 @dataclass(frozen=True)
-class Gap:
+class SampleGap:
     """A stretch without samples, between two that were saved; times are seconds from the first saved sample."""
 
     from_s: float
@@ -39,13 +39,13 @@ class Recovery:
     file: Path
     """The new file, or the old one when nothing had to be done."""
     records: int
-    gaps: tuple[Gap, ...]
+    gaps: tuple[SampleGap, ...]
     unsaved_bytes: int
     """Bytes after the last saved sample that proved nothing: at most so much was lost at the end."""
     lost_at_the_ends: int | None
     """Samples missing before the first and after the last saved one; None when the file does not say how many it
     held."""
-    damages: tuple[Damage, ...]
+    damages: tuple[DamagedStretch, ...]
     period_s: float
 
     @property
@@ -70,7 +70,7 @@ def recover(path: Path, target: Path | None = None) -> Recovery:
     if found.whole:
         return _described(path, samples, found)
     if not len(samples):
-        first = found.damages[0] if found.damages else Damage(0, 0, "it holds no chunk")
+        first = found.damages[0] if found.damages else DamagedStretch(0, 0, "it holds no chunk")
         raise RecordError(
             f"{path}: nothing to save: no chunk of samples proves itself (byte {first.start}: {first.what})"
         )
@@ -90,7 +90,7 @@ def _collect(data: memoryview, found: Salvage) -> tuple[Samples, list[LogLine], 
         try:
             collector.feed(unpacker.open(chunk), chunk.start)
         except DamageError as error:
-            found.damages.append(Damage(chunk.start, chunk.start + len(chunk.packed), error.what))
+            found.damages.append(DamagedStretch(chunk.start, chunk.start + len(chunk.packed), error.what))
     try:
         return collector.samples(), collector.lines, found
     except DamageError as error:
@@ -108,14 +108,14 @@ def _described(file: Path, samples: Samples, found: Salvage) -> Recovery:
     return Recovery(file, len(samples), gaps, unsaved, ends, tuple(found.damages), period_s)
 
 
-def _gaps(samples: Samples) -> tuple[tuple[Gap, ...], float]:
+def _gaps(samples: Samples) -> tuple[tuple[SampleGap, ...], float]:
     """Where the recorder's count jumps, and the usual time between samples."""
     if len(samples) < 2:
         return (), 0.0
     time_s = (samples["scheduled_ns"] - samples["scheduled_ns"][0]) / 1e9
     missing = np.diff(samples.sequence.astype(np.int64)) - 1
     rows = np.flatnonzero(missing > 0)
-    gaps = tuple(Gap(float(time_s[row]), float(time_s[row + 1]), int(missing[row])) for row in rows)
+    gaps = tuple(SampleGap(float(time_s[row]), float(time_s[row + 1]), int(missing[row])) for row in rows)
     return gaps, float(np.median(np.diff(time_s)))
 
 

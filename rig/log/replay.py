@@ -83,7 +83,7 @@ def onto_period(samples: Samples, period_ns: int) -> Samples:
 
 
 @dataclass(frozen=True)
-class Comparison:
+class ReplayComparison:
     """A replay beside its recording, over the ticks of the sweep that both have. Columns have the shape (n,)."""
 
     tick: NDArray[np.uint32]
@@ -116,7 +116,7 @@ class Comparison:
         }
 
 
-def compare(recorded: Samples, replayed: Samples, where: str) -> Comparison:
+def compare(recorded: Samples, replayed: Samples, where: str) -> ReplayComparison:
     """Put both side by side by the index of the tick within the sweep."""
     before, now = timeline(recorded, where), timeline(replayed, f"the replay of {where}")
     _, old, new = np.intersect1d(before.index, now.index, return_indices=True)
@@ -124,7 +124,7 @@ def compare(recorded: Samples, replayed: Samples, where: str) -> Comparison:
     differences = [np.abs(replayed[name][b] - recorded[name][a]) for name in ("p1_cmd_mpa", "p2_cmd_mpa")]
     known = [d[np.isfinite(d)] for d in differences]
     time_s = (replayed["scheduled_ns"][b] - replayed["scheduled_ns"][b[0]]) / 1e9
-    return Comparison(
+    return ReplayComparison(
         tick=replayed["tick"][b],
         recorded_tick=recorded["tick"][a],
         log_time_ns=replayed.log_time_ns[b],

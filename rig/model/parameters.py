@@ -21,7 +21,7 @@ from rig.model.external.simulator import KIND as EXTERNAL
 from rig.model.external.simulator import PATIENCE_S, PYTHON, is_external
 from rig.model.external.simulator import load as load_external
 from rig.model.fingerprint import FORMER, VERSION, Fingerprint
-from rig.outputs import Kind, write_text
+from rig.outputs import OutputKind, write_text
 
 
 class Input(StrEnum):
@@ -257,7 +257,7 @@ def save_model(model: Model, path: Path) -> None:
         path.parent.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise ModelError(f"{path.parent}: cannot be made: {error.strerror}") from None
-    write_text(path, text, Kind.MODEL)
+    write_text(path, text, OutputKind.MODEL)
 
 
 def check_model(model: Model, where: str) -> None:

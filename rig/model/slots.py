@@ -11,7 +11,7 @@ Values = MutableSequence[float]
 """A block of n consecutive ticks: a list of length 1 in the simulated rig, a numpy array in compiled use."""
 
 
-class Row(tuple[float, ...]):
+class StageNumbers(tuple[float, ...]):
     """Numbers of a module that a stage asks for by their place. In compiled use an array: a tuple is asked for its k-th
     number by comparisons."""
 

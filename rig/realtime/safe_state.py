@@ -53,7 +53,7 @@ _NAMES: Final = {
 }
 
 
-class Verdict(IntEnum):
+class LoopVerdict(IntEnum):
     """How the loop was found."""
 
     WATCHING = 0
@@ -84,7 +84,7 @@ class SafeReport:
     """What one writer saw and did; times are of the monotonic clock in ns, 0: not yet."""
 
     writer: Writer = Writer.NOBODY
-    verdict: Verdict = Verdict.WATCHING
+    verdict: LoopVerdict = LoopVerdict.WATCHING
     outcome: Outcome = Outcome.UNKNOWN
     seen_ns: int = 0
     """When the loss was seen."""
@@ -165,7 +165,7 @@ class SafeBlock:
             tellings = self._words[at + self._TELLINGS]
             verdict, outcome, *times = (self._words[at + self._VERDICT + i] for i in range(6))
             if tellings % 2 == 0 and tellings == self._words[at + self._TELLINGS]:
-                return SafeReport(writer, Verdict(verdict), Outcome(outcome), *times)
+                return SafeReport(writer, LoopVerdict(verdict), Outcome(outcome), *times)
         return SafeReport(writer)
 
     def tell(self, report: SafeReport) -> None:
@@ -278,7 +278,7 @@ class SafeStateAuthority:
         """Without a `path` the plant is in the loop's process, and all there is to do is to end it."""
         self._writer, self._block, self._ring, self._loop, self._path = writer, block, ring, loop, path
 
-    def take_over(self, verdict: Verdict, persistence_s: float = _PERSISTENCE_S) -> SafeReport:
+    def take_over(self, verdict: LoopVerdict, persistence_s: float = _PERSISTENCE_S) -> SafeReport:
         """Blocks until the safe state was seen at the device, or for `persistence_s`; each step is published as it is
         known.
 

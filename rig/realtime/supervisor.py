@@ -10,7 +10,7 @@ import time
 from typing import Final
 
 from rig.realtime.ring import Ring
-from rig.realtime.safe_state import SafeBlock, SafeStateAuthority, Verdict, WatchedProcess, Writer
+from rig.realtime.safe_state import LoopVerdict, SafeBlock, SafeStateAuthority, WatchedProcess, Writer
 
 _LOOK_S: Final = 0.05
 _OTHERS_LOOK_S: Final = 0.005
@@ -30,17 +30,17 @@ class Supervisor:
         self._looked_ns = time.monotonic_ns()
         self._longest_look_ns = max(self._limit_ns, round(_LOOK_S * 1e9)) + period_ns
 
-    def run(self) -> Verdict:
+    def run(self) -> LoopVerdict:
         """Watch; returns what ended it, WATCHING when released."""
         while not self._block.released:
             self._block.beat(self._writer)
             overslept, left_ns = self._overslept(), self._left_ns()
             if left_ns <= 0 and not overslept:
-                return self._act(Verdict.SILENT)
+                return self._act(LoopVerdict.SILENT)
             wait_ns = left_ns if left_ns > 0 else self._period_ns
             if self._loop.gone_within(wait_ns / 1e9):
-                return self._act(Verdict.ENDED)
-        return Verdict.WATCHING
+                return self._act(LoopVerdict.ENDED)
+        return LoopVerdict.WATCHING
 
     def _left_ns(self) -> int:
         """Until the newest heartbeat is too old; before the first, only the process's end counts."""
@@ -56,9 +56,9 @@ class Supervisor:
         self._looked_ns = now_ns
         return now_ns - before_ns > self._longest_look_ns
 
-    def _act(self, verdict: Verdict) -> Verdict:
+    def _act(self, verdict: LoopVerdict) -> LoopVerdict:
         """A loop that never ticked has written nothing, perhaps because the device is somebody else's."""
-        if self._ring.heartbeat_ns and not self._others_did(self._grace_ns if verdict is Verdict.ENDED else 0):
+        if self._ring.heartbeat_ns and not self._others_did(self._grace_ns if verdict is LoopVerdict.ENDED else 0):
             self._authority.take_over(verdict)
         return verdict
 

@@ -6,7 +6,7 @@ from typing import Final
 from urllib.parse import quote
 
 from rig.gap.answer.result import Diagnosis
-from rig.outputs import Kind, write_text
+from rig.outputs import OutputKind, write_text
 from rig.own_units import own_text
 from rig.report.templates import rendered
 
@@ -56,7 +56,7 @@ def write_page(path: Path, diagnoses: Mapping[str, Diagnosis], pages: Mapping[st
     days = [_line(name, diagnosis, pages[name]) for name, diagnosis in diagnoses.items()]
     channels = next(iter(diagnoses.values())).channels
     page = own_text(_PAGE, channels)
-    write_text(path, rendered(page, days=days, sessions=sessions), Kind.PAGE)
+    write_text(path, rendered(page, days=days, sessions=sessions), OutputKind.PAGE)
 
 
 def _line(name: str, diagnosis: Diagnosis, page: Path) -> dict[str, str]:

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from rig.blind_check.goals import GOALS, bound, figure, figure_text, reached
-from rig.outputs import Kind, write_text
+from rig.outputs import OutputKind, write_text
 from rig.report.check_results import as_markdown
 from rig.report.check_words import FAMILY_FIGURES, MODE_WORDS, MODES_A_TABLE, NAIVE_WORDS
 from rig.report.figure_texts import as_written
@@ -60,7 +60,7 @@ def rows_of(result: Mapping[str, Any]) -> list[dict[str, Any]]:
 def write_page(result: Mapping[str, Any], path: Path) -> None:
     """The page as HTML, or tables in Markdown when the name ends in .md; RigError when it cannot be written."""
     text = as_markdown(result) if path.suffix == ".md" else as_html(result)
-    write_text(path, text, Kind.PAGE)
+    write_text(path, text, OutputKind.PAGE)
 
 
 def as_html(result: Mapping[str, Any]) -> str:

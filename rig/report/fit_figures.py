@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from rig.channels import PNEUMATIC, Channels
 from rig.errors import RigError
-from rig.outputs import Kind, writing
+from rig.outputs import OutputKind, writing
 from rig.own_units import own_text, speaker
 from rig.record import Column, Record
 from rig.report.figure_texts import as_written
@@ -138,7 +138,7 @@ def save_figure(figure: "Figure", path: Path) -> Path:
         path.parent.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise RigError(f"{path.parent}: cannot be made: {error.strerror}") from None
-    with writing(path, Kind.FIGURE) as part:
+    with writing(path, OutputKind.FIGURE) as part:
         as_written(figure)
         figure.savefig(part, dpi=130, format=path.suffix[1:])
     return path

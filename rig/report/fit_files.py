@@ -11,7 +11,7 @@ from rig.identify.records.data import Options, prepare
 from rig.identify.search.objective import predict
 from rig.identify.validate import Score, Validation
 from rig.model.parameters import Input, Model
-from rig.outputs import Kind, targets_in, write_text, writing
+from rig.outputs import OutputKind, targets_in, write_text, writing
 from rig.own_units import own_plain, own_text
 from rig.record import Record
 from rig.report.figure_texts import in_markdown
@@ -48,9 +48,9 @@ def write_scores(scores: Sequence[Score], folder: Path, channels: Channels = PNE
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise RigError(f"{folder}: cannot be made: {error.strerror}") from None
-    write_text(folder / "scores.md", "".join(f"| {line} |\n" for line in lines), Kind.TABLE)
+    write_text(folder / "scores.md", "".join(f"| {line} |\n" for line in lines), OutputKind.TABLE)
     with (
-        writing(folder / "scores.csv", Kind.TABLE) as part,
+        writing(folder / "scores.csv", OutputKind.TABLE) as part,
         part.open("w", encoding="utf-8", errors="backslashreplace", newline="") as file,
     ):
         csv.writer(file).writerows([head, *rows])

@@ -11,7 +11,7 @@ from rig.gap.pipeline import Grounds
 from rig.gap.reference.kinds import Kind as Reference
 from rig.identify.provenance import tuned_to
 from rig.model.parameters import Model
-from rig.outputs import Kind, write_text
+from rig.outputs import OutputKind, write_text
 from rig.own_units import own_text
 from rig.report.gap_figures import figures
 from rig.report.templates import rendered, template
@@ -25,7 +25,7 @@ def write_page(
     origin: Mapping[str, str] | None = None,
 ) -> None:
     """Write the page, with whose it is (`origin`: rig, dates, files, command); RigError where that fails."""
-    write_text(path, page(diagnosis, grounds, model, origin), Kind.PAGE)
+    write_text(path, page(diagnosis, grounds, model, origin), OutputKind.PAGE)
 
 
 def page(diagnosis: Diagnosis, grounds: Grounds, model: Model, origin: Mapping[str, str] | None = None) -> str:

@@ -7,7 +7,7 @@ from typing import Final
 
 from rig.gap.answer.result import Diagnosis
 from rig.gap.answer.words.sentences import headline
-from rig.outputs import Kind, write_text
+from rig.outputs import OutputKind, write_text
 from rig.own_units import own_text
 from rig.report.templates import rendered
 
@@ -86,4 +86,4 @@ def write_hunt(
         ended=ended or "before its end",
         report=report,
     )
-    write_text(path, page, Kind.PAGE)
+    write_text(path, page, OutputKind.PAGE)

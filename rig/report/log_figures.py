@@ -13,9 +13,9 @@ import numpy as np
 
 from rig.channels import PNEUMATIC, Channels
 from rig.further import furthers_of
-from rig.log.compare import Pair
-from rig.log.replay import Comparison
-from rig.outputs import Kind, writing
+from rig.log.compare import ComparedPair
+from rig.log.replay import ReplayComparison
+from rig.outputs import OutputKind, writing
 from rig.own_units import own_text, speaker
 from rig.record import Column, Record
 from rig.report.figure_texts import as_written
@@ -84,14 +84,14 @@ def _further(axes: "Axes", record: Record) -> None:
     axes.legend(loc="lower right", fontsize="small")
 
 
-def replay_figure(name: str, comparison: Comparison, channels: Channels = PNEUMATIC) -> "Figure":
+def replay_figure(name: str, comparison: ReplayComparison, channels: Channels = PNEUMATIC) -> "Figure":
     """Commands and angles of a recording and of its replay over time, their difference, and both loops."""
     recorded = _Curve("recorded", comparison.recorded_dp_mpa, comparison.recorded_deg)
     replayed = _Curve("replayed", comparison.replayed_dp_mpa, comparison.replayed_deg)
     return _beside(f"{name}: replay and recording", comparison.t_s, recorded, replayed, comparison.missed_s, channels)
 
 
-def pair_figure(pair: Pair) -> "Figure":
+def pair_figure(pair: ComparedPair) -> "Figure":
     """Commands and angles of two records over time, their difference, and both loops."""
     curves = [_Curve(label, each.dp_cmd_mpa, _known(each)) for label, each in (("A", pair.a), ("B", pair.b))]
     return _beside(f"{pair.name}: A and B", pair.a.t_s, curves[0], curves[1], (), pair.a.channels)
@@ -128,7 +128,7 @@ def _beside(
 
 def save(figure: "Figure", path: Path) -> None:
     """Write a figure in the format of the suffix; RigError when that is unknown or the file cannot be written."""
-    with writing(path, Kind.FIGURE) as part:
+    with writing(path, OutputKind.FIGURE) as part:
         as_written(figure)
         figure.savefig(part, dpi=150, format=path.suffix[1:])
 

@@ -20,7 +20,7 @@ from rig.realtime.state import Event, State
 from rig.service.connections import places
 from rig.service.connections.arguments import check_line
 from rig.service.connections.control import Server
-from rig.service.connections.protocol import VERSION, Code, Refused, Request
+from rig.service.connections.protocol import VERSION, ClientRequest, Code, Refused
 from rig.service.processes import processes_json
 from rig.service.queue.job_queue import Queue
 from rig.service.queue.planner import Planner
@@ -32,7 +32,7 @@ from rig.service.records.operating_time import OperatingTime
 from rig.service.records.orders import Mark
 from rig.service.records.retention import Retention
 from rig.service.session.session import ending_signals
-from rig.service.session.session_monitor import Parts, SessionMonitor
+from rig.service.session.session_monitor import SessionMonitor, SessionParts
 from rig.service.session.telemetry import fault_json, safe_json
 from rig.service.settings import DaemonSettings, make_folder, read_token
 from rig.service.views import metrics
@@ -60,7 +60,7 @@ Given = Mapping[str, Any]
 class Daemon:
     """One rig as a service. `serve` returns when it was told to end; the rig is safe then."""
 
-    def __init__(self, parts: Parts, settings: DaemonSettings) -> None:
+    def __init__(self, parts: SessionParts, settings: DaemonSettings) -> None:
         """StateError when another daemon has the state folder: its queue and ledger are read here, and have one
         writer."""
         make_folder(settings.logs)
@@ -229,7 +229,7 @@ class Daemon:
 
     # commands
 
-    async def _handle(self, request: Request) -> Any:
+    async def _handle(self, request: ClientRequest) -> Any:
         name, given = request.command, request.arguments
         if name == "status":
             return self.status(None)

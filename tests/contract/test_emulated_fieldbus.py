@@ -13,8 +13,8 @@ from support.rigs import fieldbus_rigs as rigs
 from support.rigs.exact_rig import CONFIGS, EXACT, run
 
 from drivers.modbus_io.device import ModbusIo
-from drivers.modbus_io.settings import FurtherChannel, Mode
-from hil.emulators.world import Plant
+from drivers.modbus_io.settings import ExchangeMode, FurtherChannel
+from hil.emulators.world import EmulatedPlant
 from rig.app.stand_ins.emulated import EmulatedRig, EmulatedSettings
 from rig.errors import DeviceError
 from rig.interfaces import DeviceContext, Role
@@ -51,7 +51,7 @@ def test_the_modbus_rig_agrees_within_its_counts(tmp_path: Path) -> None:
 class Recorded:
     """A plant that keeps what it was told at every step, and what it answered."""
 
-    def __init__(self, plant: Plant) -> None:
+    def __init__(self, plant: EmulatedPlant) -> None:
         self._plant = plant
         self.commands: list[tuple[float, float]] = []
         self.angles_deg: list[float] = []
@@ -109,7 +109,10 @@ def test_a_modbus_module_reads_a_further_channel_into_its_place(tmp_path: Path) 
     table = rigs.MAPS / "wago_750.yaml"
     with rigs.served(table, tmp_path) as modules:
         settings = rigs.modbus_settings(
-            modules.settings["port"], Mode.SEPARATE, map=table, further={"supply_mpa": FurtherChannel(3, 0.1, -0.05)}
+            modules.settings["port"],
+            ExchangeMode.SEPARATE,
+            map=table,
+            further={"supply_mpa": FurtherChannel(3, 0.1, -0.05)},
         )
         device = ModbusIo(settings, replace(rigs.context(), further=("nobody", "supply_mpa")))
         device.open()

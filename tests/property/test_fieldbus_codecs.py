@@ -9,10 +9,10 @@ from hypothesis import strategies as st
 
 from drivers.itv_serial.codec import Codec, Dialect, ReplyError
 from drivers.modbus_io.codec import decode, encode, per_count, to_counts, to_signal
-from drivers.modbus_io.maps import Block, Order, Type
+from drivers.modbus_io.maps import ChannelRun, Type, WordOrder
 from hil.emulators.itv_serial.regulator import Regulator, Speech
 from hil.emulators.itv_serial.stand_in import speech_of
-from hil.emulators.modbus.module import Channels
+from hil.emulators.modbus.module import ChannelBlock
 
 DIALECTS = st.sampled_from(
     [
@@ -73,7 +73,7 @@ def _outcome(parse: Callable[[], int]) -> int | str:
 
 
 @st.composite
-def blocks(draw: st.DrawFn) -> Block:
+def blocks(draw: st.DrawFn) -> ChannelRun:
     kind = draw(st.sampled_from(Type))
     ranges = {
         Type.UINT16: (0, 65535),
@@ -84,14 +84,14 @@ def blocks(draw: st.DrawFn) -> Block:
     low, high = ranges.get(kind, (-10_000, 10_000))
     first = draw(st.integers(low, high - 1))
     last = draw(st.integers(first + 1, high))
-    orders = st.sampled_from(Order)
-    return Block(
+    orders = st.sampled_from(WordOrder)
+    return ChannelRun(
         0, 4, (float(first), float(last)), (-10.0, 10.0), type=kind, byte_order=draw(orders), word_order=draw(orders)
     )
 
 
 @given(blocks(), st.lists(st.floats(allow_nan=False, allow_infinity=False), min_size=1, max_size=4))
-def test_registers_come_back_rounded_and_inside_the_counts(block: Block, numbers: list[float]) -> None:
+def test_registers_come_back_rounded_and_inside_the_counts(block: ChannelRun, numbers: list[float]) -> None:
     registers = encode(block, numbers)
     assert len(registers) == len(numbers) * block.type.registers
     assert all(0 <= register <= 0xFFFF for register in registers)
@@ -102,11 +102,11 @@ def test_registers_come_back_rounded_and_inside_the_counts(block: Block, numbers
 
 
 @given(blocks(), st.floats(-10.0, 10.0))
-def test_signal_and_counts_are_inverse_and_the_module_agrees(block: Block, signal: float) -> None:
+def test_signal_and_counts_are_inverse_and_the_module_agrees(block: ChannelRun, signal: float) -> None:
     assert math.isclose(to_signal(block, to_counts(block, signal)), signal, rel_tol=1e-6, abs_tol=1e-6)
     table = {"address": 0, "channels": 4, "counts": block.counts, "signal": block.signal, "type": block.type.value,
              "byte_order": block.byte_order.value, "word_order": block.word_order.value}  # fmt: skip
-    module = Channels(table)
+    module = ChannelBlock(table)
     seen = to_signal(block, decode(block, module.put(signal))[0])
     tolerance = per_count(block) * 0.51 + 1e-3 * (block.type is Type.FLOAT32)
     assert abs(seen - signal) <= tolerance

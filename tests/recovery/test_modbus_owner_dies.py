@@ -11,7 +11,7 @@ from collections.abc import Iterator
 import pytest
 from support.rigs import fieldbus_rigs as rigs
 
-from drivers.modbus_io.settings import Mode
+from drivers.modbus_io.settings import ExchangeMode
 from hil.emulators.emulation import Emulation
 
 OWNER = """
@@ -60,7 +60,7 @@ def test_a_second_instance_makes_it_safe(
     driven: tuple[Emulation, "subprocess.Popen[bytes]", str], end: signal.Signals
 ) -> None:
     running, process, route = driven
-    other = rigs.modbus(running, Mode.AUTO if route == "rtu" else Mode.SEPARATE)
+    other = rigs.modbus(running, ExchangeMode.AUTO if route == "rtu" else ExchangeMode.SEPARATE)
     process.send_signal(end)
     other.safe()
     assert soon(running, rigs.SAFE)

@@ -5,7 +5,7 @@ import signal
 import time
 from pathlib import Path
 
-from rig.outputs import Kind, writing
+from rig.outputs import OutputKind, writing
 
 
 def leave_trace(folder: str, number: int) -> int:
@@ -25,7 +25,7 @@ def fail(number: int) -> int:
 
 def write_and_stay(folder: str, number: int) -> None:
     """Leave a trace in the middle of writing a file, then never come to an end."""
-    with writing(Path(folder) / f"{number}.json", Kind.JSON) as part:
+    with writing(Path(folder) / f"{number}.json", OutputKind.JSON) as part:
         part.write_text("[")
         begin_and_stay(folder, number)
 

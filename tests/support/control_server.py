@@ -8,12 +8,12 @@ from typing import Any
 
 from rig.service.connections import protocol
 from rig.service.connections.control import Server
-from rig.service.connections.protocol import Code, Refused, Request
+from rig.service.connections.protocol import ClientRequest, Code, Refused
 
 Talk = Callable[[Server], Awaitable[None]]
 
 
-async def handle(request: Request) -> Any:
+async def handle(request: ClientRequest) -> Any:
     if request.command == "arm":
         raise Refused(Code.WRONG_STATE, "not now")
     return {"command": request.command}

@@ -24,7 +24,7 @@ _LOOK_S = 0.2
 
 
 @dataclass
-class Trouble:
+class LineTrouble:
     """What is wrong with the line or the regulator; all off: a healthy one."""
 
     silence: bool = False
@@ -41,7 +41,7 @@ class Trouble:
     """Bytes that come by themselves after every answer."""
 
 
-class SerialLine:
+class EmulatedSerialLine:
     """Serves one regulator on a pty; `device` is a link to the port that a client opens, the same after every plugging
     in."""
 
@@ -55,7 +55,7 @@ class SerialLine:
         seed: int = 0,
     ) -> None:
         self.device = device
-        self.trouble = Trouble()
+        self.trouble = LineTrouble()
         self.writes: list[tuple[int, int]] = []
         """When the set-point changed (CLOCK_MONOTONIC ns) and to how many counts; the newest thousand."""
         self._regulator, self._baud, self._turnaround_s = regulator, baud, turnaround_s

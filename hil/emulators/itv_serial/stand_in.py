@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from hil.emulators.itv_serial.line import SerialLine
+from hil.emulators.itv_serial.line import EmulatedSerialLine
 from hil.emulators.itv_serial.regulator import Regulator, Speech
 from hil.emulators.world import World
 from rig.errors import ConfigError
@@ -23,7 +23,7 @@ class SerialValves:
 
     def __init__(self, settings: Mapping[str, Any], roles: frozenset[Role], world: World, folder: Path) -> None:
         speech = speech_of(settings.get("dialect") or {})
-        self.lines: dict[str, SerialLine] = {}
+        self.lines: dict[str, EmulatedSerialLine] = {}
         self.settings: dict[str, Any] = {}
         for number, (name, served) in _VALVES.items():
             port = settings.get(name)
@@ -38,13 +38,13 @@ class SerialValves:
             line.unplug()
 
 
-def _line(number: int, port: Mapping[str, Any], speech: Speech, world: World, folder: Path) -> SerialLine:
+def _line(number: int, port: Mapping[str, Any], speech: Speech, world: World, folder: Path) -> EmulatedSerialLine:
     regulator = Regulator(
         speech, lambda pressure_mpa: world.command(number, pressure_mpa), lambda: world.outputs()[number - 1]
     )
     regulator.start_from(world.commands[number - 1])
     bits = 1 + int(port.get("data_bits", 8)) + int(port.get("stop_bits", 1))
-    return SerialLine(regulator, folder / f"valve_{number}", int(port.get("baud", 9600)), bits, seed=number)
+    return EmulatedSerialLine(regulator, folder / f"valve_{number}", int(port.get("baud", 9600)), bits, seed=number)
 
 
 def speech_of(dialect: Mapping[str, Any]) -> Speech:

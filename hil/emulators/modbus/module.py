@@ -17,7 +17,7 @@ ILLEGAL_ADDRESS = 2
 DEVICE_FAILURE = 4
 
 
-class Refused(Exception):
+class RefusedByModule(Exception):
     """The module answers with an exception code."""
 
     def __init__(self, code: int) -> None:
@@ -26,7 +26,7 @@ class Refused(Exception):
 
 
 @dataclass(frozen=True)
-class Wire:
+class PressureWire:
     """A pressure on a channel: `low` (V or mA) stands for `low_mpa`, `high` for `high_mpa`."""
 
     channel: int
@@ -46,13 +46,13 @@ class Wire:
 
 
 @dataclass(frozen=True)
-class Wiring:
+class ModuleWiring:
     """What hangs on the terminals of one module; None: elsewhere."""
 
-    valve_1: Wire | None = None
-    valve_2: Wire | None = None
-    monitor_1: Wire | None = None
-    monitor_2: Wire | None = None
+    valve_1: PressureWire | None = None
+    valve_2: PressureWire | None = None
+    monitor_1: PressureWire | None = None
+    monitor_2: PressureWire | None = None
     wiper: int | None = None
     excitation: int | None = None
     excitation_v: float = 5.0
@@ -80,7 +80,7 @@ class Damage:
 _CODES = {"uint16": "H", "int16": "h", "uint32": "I", "int32": "i", "float32": "f"}
 
 
-class Channels:
+class ChannelBlock:
     """A block of channels of the map: numbers <-> registers <-> signal."""
 
     def __init__(self, raw: Mapping[str, Any]) -> None:
@@ -119,13 +119,13 @@ class Channels:
 class Module:
     """A module with its map, its wires, and the world behind them."""
 
-    def __init__(self, path: Path, wiring: Wiring, world: World) -> None:
+    def __init__(self, path: Path, wiring: ModuleWiring, world: World) -> None:
         raw = cast(dict[str, Any], read_yaml(path))
         self.name = str(raw["name"])
         self.wiring, self.world = wiring, world
         self.damage = Damage()
-        self.inputs = Channels(raw["inputs"]) if raw.get("inputs") else None
-        self.outputs = Channels(raw["outputs"]) if raw.get("outputs") else None
+        self.inputs = ChannelBlock(raw["inputs"]) if raw.get("inputs") else None
+        self.outputs = ChannelBlock(raw["outputs"]) if raw.get("outputs") else None
         self.read_write = bool(raw.get("read_write"))
         self._fixed = _identity(raw.get("identity"))
         self._written: dict[int, int] = dict.fromkeys(self.outputs.registers, 0) if self.outputs else {}
@@ -151,7 +151,7 @@ class Module:
     def poke(self, address: int, value: int) -> None:
         """One register written by a request; Refused where there is none."""
         if address not in self._written:
-            raise Refused(ILLEGAL_ADDRESS)
+            raise RefusedByModule(ILLEGAL_ADDRESS)
         self._written[address] = value
 
     def obey(self) -> None:

@@ -12,14 +12,14 @@ from pymodbus.logging import Log
 from pymodbus.server import ModbusSerialServer, ModbusTcpServer
 from pymodbus.simulator import DataType, SimData, SimDevice
 
-from hil.emulators.modbus.module import Module, Refused
+from hil.emulators.modbus.module import Module, RefusedByModule
 from hil.emulators.modbus.wago import WagoCoupler
 
 _WRITES = (6, 16, 23)
 
 
 @dataclass
-class Trouble:
+class BusTrouble:
     """What is wrong with the bus or the module; all off: healthy."""
 
     silence: bool = False
@@ -42,7 +42,7 @@ class Bus:
 
     def __init__(self, modules: Mapping[int, Module], on_input_read: Callable[[], None] | None = None) -> None:
         self.modules = modules
-        self.trouble = Trouble()
+        self.trouble = BusTrouble()
         self.requests = 0
         self._on_input_read = on_input_read
         self._mute = False
@@ -100,7 +100,7 @@ class Bus:
                 return ExcCodes.GATEWAY_NO_RESPONSE
             try:
                 self._access(module, function, start, address, count, registers, values)
-            except Refused as refused:
+            except RefusedByModule as refused:
                 return ExcCodes(refused.code)
             return None
 
@@ -113,11 +113,11 @@ class Bus:
         if values is not None or function != 23:
             self.requests += 1
         if self.trouble.exception:
-            raise Refused(self.trouble.exception)
+            raise RefusedByModule(self.trouble.exception)
         if isinstance(module, WagoCoupler):
             module.begin(function)
         if function == 23 and not module.read_write:
-            raise Refused(1)
+            raise RefusedByModule(1)
         if values is not None:
             for i, value in enumerate(values):
                 module.poke(address + i, int(value))

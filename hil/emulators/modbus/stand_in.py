@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from hil.emulators.modbus.bus_wire import BusWire
-from hil.emulators.modbus.module import Module, Wire, Wiring
+from hil.emulators.modbus.module import Module, ModuleWiring, PressureWire
 from hil.emulators.modbus.server import Bus, watch
 from hil.emulators.modbus.wago import WagoCoupler
 from hil.emulators.priority import keep_up
@@ -99,7 +99,7 @@ class ModbusModules:
         await asyncio.sleep(0)
 
 
-def _module(path: Path, wiring: Wiring, world: World) -> Module:
+def _module(path: Path, wiring: ModuleWiring, world: World) -> Module:
     """With the coupler's watchdog where the map arms one."""
     raw = read_yaml(path)
     kind = WagoCoupler if isinstance(raw, dict) and "WAGO" in str(raw.get("name")) else Module
@@ -111,10 +111,10 @@ def _unit(given: Any, path: Path) -> int:
     return int(given if given is not None else raw.get("unit", 1) if isinstance(raw, dict) else 1)
 
 
-def _wiring(settings: Mapping[str, Any], roles: frozenset[Role]) -> Wiring:
+def _wiring(settings: Mapping[str, Any], roles: frozenset[Role]) -> ModuleWiring:
     """The wires as the rig's YAML describes them, for the roles that this device fills."""
 
-    def wire(role: Role) -> Wire | None:
+    def wire(role: Role) -> PressureWire | None:
         return _wire(settings[role.value]) if role in roles and settings.get(role.value) else None
 
     angle = settings.get("angle") if Role.ANGLE in roles else None
@@ -123,12 +123,12 @@ def _wiring(settings: Mapping[str, Any], roles: frozenset[Role]) -> Wiring:
         if angle
         else (None, None, 5.0)
     )
-    return Wiring(wire(Role.VALVE_1), wire(Role.VALVE_2), wire(Role.MONITOR_1), wire(Role.MONITOR_2), *pots)
+    return ModuleWiring(wire(Role.VALVE_1), wire(Role.VALVE_2), wire(Role.MONITOR_1), wire(Role.MONITOR_2), *pots)
 
 
-def _wire(raw: Mapping[str, Any]) -> Wire:
+def _wire(raw: Mapping[str, Any]) -> PressureWire:
     low, high = map(float, re.findall(r"[0-9.]+", str(raw.get("signal", "0-10 V")))[:2])
-    return Wire(int(raw["channel"]), low, high, float(raw.get("low_mpa", 0.0)), float(raw.get("high_mpa", 0.5)))
+    return PressureWire(int(raw["channel"]), low, high, float(raw.get("low_mpa", 0.0)), float(raw.get("high_mpa", 0.5)))
 
 
 def emulate(settings: Mapping[str, Any], roles: frozenset[Role], world: World, folder: Path) -> ModbusModules:

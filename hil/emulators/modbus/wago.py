@@ -7,7 +7,7 @@ go to zero and every request is answered with exception 4 until it is started ag
 
 from pathlib import Path
 
-from hil.emulators.modbus.module import DEVICE_FAILURE, Module, Refused, Wiring
+from hil.emulators.modbus.module import DEVICE_FAILURE, Module, ModuleWiring, RefusedByModule
 from hil.emulators.world import World
 
 TIME, MASK_LOW, MASK_HIGH, TRIGGER, STATUS, STOP = 0x1000, 0x1001, 0x1002, 0x1003, 0x1006, 0x1008
@@ -19,7 +19,7 @@ _READ_BACK = 0x0200
 class WagoCoupler(Module):
     """The coupler's modules as one process image, and its watchdog."""
 
-    def __init__(self, path: Path, wiring: Wiring, world: World) -> None:
+    def __init__(self, path: Path, wiring: ModuleWiring, world: World) -> None:
         super().__init__(path, wiring, world)
         self._settings = dict(_SETTINGS)
         self._last_ns = 0
@@ -72,7 +72,7 @@ class WagoCoupler(Module):
             return
         before = self._settings[address]
         if self._running and address in (TIME, MASK_LOW, MASK_HIGH) and value != before:
-            raise Refused(DEVICE_FAILURE)
+            raise RefusedByModule(DEVICE_FAILURE)
         self._settings[address] = value
         if address == TRIGGER and value not in (0, before):
             self._running, self.tripped = True, False
@@ -86,4 +86,4 @@ class WagoCoupler(Module):
 
     def _check(self) -> None:
         if self.tripped:
-            raise Refused(DEVICE_FAILURE)
+            raise RefusedByModule(DEVICE_FAILURE)

@@ -36,7 +36,7 @@ class Line:
 
 
 @dataclass(frozen=True)
-class Wiring:
+class BoardWiring:
     """The paper's rig on connector A: 0-5 V to the regulators, 1-5 V back, a WDD35D8 with its excitation read as
     well."""
 
@@ -53,10 +53,10 @@ class Wiring:
 class Board:
     """Answers the library's hook: terminals from the plant before a read, plant from the terminals after a strobe."""
 
-    def __init__(self, registers: RegisterFile, world: World, wiring: Wiring | None = None) -> None:
+    def __init__(self, registers: RegisterFile, world: World, wiring: BoardWiring | None = None) -> None:
         self.registers = registers
         self.world = world
-        self.wiring = wiring or Wiring()
+        self.wiring = wiring or BoardWiring()
         self.failure: Exception | None = None
         """What went wrong in the plant: nothing can be raised through the C library."""
         self._cut: frozenset[str] = frozenset()

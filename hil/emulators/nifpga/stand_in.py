@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from hil.emulators.nifpga.bitfile import Register, guarded_personality, personality, write_bitfile
-from hil.emulators.nifpga.board import Board, Line, Wiring
+from hil.emulators.nifpga.board import Board, BoardWiring, Line
 from hil.emulators.nifpga.library import load
 from hil.emulators.nifpga.shared import RegisterFile
 from hil.emulators.world import World
@@ -26,7 +26,7 @@ class StandIn:
     virtual = True
 
     def __init__(
-        self, world: World, folder: Path, resource: str, wiring: Wiring, registers: Sequence[Register]
+        self, world: World, folder: Path, resource: str, wiring: BoardWiring, registers: Sequence[Register]
     ) -> None:
         self.registers = RegisterFile(folder, resource, registers)
         self.board = Board(self.registers, world, wiring)
@@ -46,12 +46,12 @@ def emulate(settings: Mapping[str, Any], roles: frozenset[Role], world: World, f
     """Registers by the names in the settings; a bitfile with watchdog and limits when the settings name them."""
     lines = {name: _line(settings.get(name), default) for name, default in _defaults().items()}
     angle = settings.get("angle", {})
-    wiring = Wiring(
+    wiring = BoardWiring(
         valves=(lines["valve_1"], lines["valve_2"]),
         monitors=(lines["monitor_1"], lines["monitor_2"]),
-        wiper=angle.get("wiper", Wiring.wiper),
-        excitation=angle.get("excitation") or ("" if angle else Wiring.excitation),
-        excitation_v=angle.get("reference_v", Wiring.excitation_v),
+        wiper=angle.get("wiper", BoardWiring.wiper),
+        excitation=angle.get("excitation") or ("" if angle else BoardWiring.excitation),
+        excitation_v=angle.get("reference_v", BoardWiring.excitation_v),
     )
     guarded = any("limit_min" in (settings.get(role.value) or {}) for role in roles) or settings.get("heartbeat")
     registers = guarded_personality() if guarded else personality()
@@ -59,7 +59,7 @@ def emulate(settings: Mapping[str, Any], roles: frozenset[Role], world: World, f
 
 
 def _defaults() -> dict[str, Line]:
-    paper = Wiring()
+    paper = BoardWiring()
     names = ("valve_1", "valve_2", "monitor_1", "monitor_2")
     return dict(zip(names, (*paper.valves, *paper.monitors), strict=True))
 

@@ -10,7 +10,7 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.random import Generator
 
-from hil.reference.plant import Session, varied
+from hil.reference.plant import PlantDay, varied
 
 ATMOSPHERE_MPA: Final = 0.1013
 
@@ -127,7 +127,7 @@ def draw_unit(random: Generator) -> Physics:
     return Physics(**values)
 
 
-def draw_session(physics: Physics, drift: float, random: Generator) -> Session:
+def draw_session(physics: Physics, drift: float, random: Generator) -> PlantDay:
     """One day. `drift`: relative standard deviation of what drifts by itself, 0.004 to 0.02."""
     scale, values = (drift / 0.004) ** 0.5, physics._asdict()
     warmer = 0.9 * float(random.choice((-1.0, 1.0))) + 0.44 * float(random.standard_normal())
@@ -139,7 +139,7 @@ def draw_session(physics: Physics, drift: float, random: Generator) -> Session:
     for name, weight in _BY_HAND.items():
         values[name] *= math.exp(weight * drift * _logistic(random))
     zero_1, zero_2, gain_1, gain_2, offset, gain = (_logistic(random) for _ in range(6))
-    return Session(
+    return PlantDay(
         Physics(**values), 0.0005 * scale * (zero_1 + 0.5 * warmer), 0.0005 * scale * (zero_2 + 0.5 * warmer),
         1.0 + 0.0011 * scale * gain_1, 1.0 + 0.0011 * scale * gain_2, 0.085 * scale * offset,
         1.0 + 0.0011 * scale * gain, warm=float(random.uniform(0.0, 0.4)), seed=int(random.integers(2**31)),

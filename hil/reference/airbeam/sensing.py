@@ -15,7 +15,7 @@ from hil.reference.airbeam.disturbance import ReadingLaw
 from hil.reference.airbeam.physics import Physics
 from hil.reference.compiling import Array, compiled
 from hil.reference.noise import coloured, one_pole
-from hil.reference.plant import Session
+from hil.reference.plant import PlantDay
 
 CODE_DEG: Final = 360.0 / 16_384
 ANGLE_NOISE_DEG: Final = 0.045
@@ -107,7 +107,7 @@ def line(angle_deg: Array, physics: Physics) -> Array:
     return np.asarray(angle_deg + physics.once_deg * once + physics.twice_deg * twice)
 
 
-def bent(angle_deg: Array, law: ReadingLaw, session: Session) -> Array:
+def bent(angle_deg: Array, law: ReadingLaw, session: PlantDay) -> Array:
     """The static line: the day's gain, a short rod, a winding that gives more."""
     reading = session.angle_gain * line(angle_deg, session.physics)
     if law.bend_deg != 0.0:
@@ -187,7 +187,7 @@ def flicker(n: int, period_s: float, random: Generator) -> Array:
     return np.asarray(sum(coloured(n, size, time_s, period_s, random) for time_s in FLICKER_S))
 
 
-def angle_reading(angle_rad: Array, law: ReadingLaw, session: Session, period_s: float, random: Generator) -> Array:
+def angle_reading(angle_rad: Array, law: ReadingLaw, session: PlantDay, period_s: float, random: Generator) -> Array:
     """The recorded angle (deg), shape (n,), of the true one (rad)."""
     n, angle = len(angle_rad), np.degrees(angle_rad)
     white, slow = ANGLE_NOISE_DEG * random.standard_normal(n), flicker(n, period_s, random)
@@ -219,7 +219,7 @@ def monitor_reading(pressure_mpa: Array, bias_mpa: float, gain: float, period_s:
     return np.asarray(np.round((gain * shown + bias_mpa + hum) / MONITOR_CODE_MPA) * MONITOR_CODE_MPA)
 
 
-def readings(motion: Array, law: ReadingLaw, session: Session, period_s: float, random: Generator) -> Array:
+def readings(motion: Array, law: ReadingLaw, session: PlantDay, period_s: float, random: Generator) -> Array:
     """Pressures (MPa) and angle (deg) as recorded, shape (3, n), of the true ones (MPa, rad)."""
     return np.array([
         monitor_reading(motion[0], session.monitor_bias_1_mpa, session.monitor_gain_1, period_s, random),

@@ -9,7 +9,7 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.random import Generator
 
-from hil.reference.plant import Session, varied
+from hil.reference.plant import PlantDay, varied
 
 ATMOSPHERE_MPA: Final = 0.1013
 
@@ -119,7 +119,7 @@ def draw_unit(random: Generator) -> Physics:
     return Physics(**varied(Physics()._asdict(), _UNIT_SPREAD, random) | phases)
 
 
-def draw_session(physics: Physics, drift: float, random: Generator) -> Session:
+def draw_session(physics: Physics, drift: float, random: Generator) -> PlantDay:
     """One day. `drift`: relative standard deviation of what drifts by itself, 0.004 to 0.02."""
     scale, values = (drift / 0.004) ** 0.5, physics._asdict()
     for weights in (_WARM, _RUN_IN):
@@ -129,7 +129,7 @@ def draw_session(physics: Physics, drift: float, random: Generator) -> Session:
     for name, weight in _OWN.items():
         values[name] *= float(np.exp(weight * drift * _laplace(random)))
     bias_1, bias_2, gain_1, gain_2, offset, gain = (_laplace(random) for _ in range(6))
-    return Session(
+    return PlantDay(
         Physics(**values), 0.0006 * scale * bias_1, 0.0006 * scale * bias_2, 1.0 + 0.0012 * scale * gain_1,
         1.0 + 0.0012 * scale * gain_2, 0.09 * scale * offset, 1.0 + 0.0012 * scale * gain,
         warm=float(random.uniform(0.0, 0.4)), seed=int(random.integers(2**31)),

@@ -11,7 +11,7 @@ from hil.reference.bellows.disturbance import ReadingLaw
 from hil.reference.bellows.physics import Physics
 from hil.reference.compiling import Array, compiled
 from hil.reference.noise import one_pole
-from hil.reference.plant import Session
+from hil.reference.plant import PlantDay
 from hil.reference.play import dragged
 
 TRACK_DEG: Final = 300.0
@@ -89,7 +89,7 @@ def track(angle_deg: Array, physics: Physics) -> Array:
     return np.asarray(straight + physics.track_deg * waves)
 
 
-def bent(angle_deg: Array, law: ReadingLaw, session: Session) -> Array:
+def bent(angle_deg: Array, law: ReadingLaw, session: PlantDay) -> Array:
     """The static line: the day's gain, a gain about a pivot, a bend."""
     reading = session.angle_gain * angle_deg
     reading = reading + law.gain * (reading - law.gain_pivot_deg)
@@ -166,7 +166,7 @@ def dropped(angle_deg: Array, law: ReadingLaw, period_s: float, random: Generato
     return reading
 
 
-def angle_reading(motion: Array, law: ReadingLaw, session: Session, period_s: float, random: Generator) -> Array:
+def angle_reading(motion: Array, law: ReadingLaw, session: PlantDay, period_s: float, random: Generator) -> Array:
     """The recorded angle (deg), shape (n,), of the true one (rad); the pressures are there for what bleeds over."""
     n, physics, angle = motion.shape[1], session.physics, np.degrees(motion[2])
     noise = ANGLE_NOISE_DEG * random.standard_normal(n) + coloured(n, RUMBLE_DEG, RUMBLE_S, period_s, random)
@@ -189,7 +189,7 @@ def monitor_reading(pressure_mpa: Array, bias_mpa: float, gain: float, period_s:
     return np.asarray(np.round(reading / MONITOR_CODE_MPA) * MONITOR_CODE_MPA)
 
 
-def readings(motion: Array, law: ReadingLaw, session: Session, period_s: float, random: Generator) -> Array:
+def readings(motion: Array, law: ReadingLaw, session: PlantDay, period_s: float, random: Generator) -> Array:
     """Pressures (MPa) and angle (deg) as recorded, shape (3, n), of the true ones (MPa, rad)."""
     return np.array([
         monitor_reading(motion[0], session.monitor_bias_1_mpa, session.monitor_gain_1, period_s, random),

@@ -9,7 +9,7 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.random import Generator
 
-from hil.reference.plant import Session, varied
+from hil.reference.plant import PlantDay, varied
 
 ATMOSPHERE_MPA: Final = 0.1013
 
@@ -127,7 +127,7 @@ def draw_unit(random: Generator) -> Physics:
     return Physics(**values | dict(zip(("cube_deg", "fifth_deg"), bends, strict=True)))
 
 
-def draw_session(physics: Physics, drift: float, random: Generator) -> Session:
+def draw_session(physics: Physics, drift: float, random: Generator) -> PlantDay:
     """One day. `drift`: relative standard deviation of what drifts by itself, 0.004 to 0.02.
 
     Temperatures are normal, rests exponential (most are a night, some a holiday), hand work is uniform.
@@ -141,7 +141,7 @@ def draw_session(physics: Physics, drift: float, random: Generator) -> Session:
     for name, weight in _OWN.items():
         values[name] *= float(np.exp(weight * drift * _by_hand(random)))
     bias_1, bias_2, gain_1, gain_2, zero, gain = (_by_hand(random) for _ in range(6))
-    return Session(
+    return PlantDay(
         Physics(**values), 0.0004 * scale * (bias_1 + 0.7 * warmer), 0.0004 * scale * (bias_2 + 0.7 * warmer),
         1.0 + 0.001 * scale * gain_1, 1.0 + 0.001 * scale * gain_2, scale * (0.08 * zero + 0.03 * warmer),
         1.0 + 0.001 * scale * (gain + 0.6 * warmer),

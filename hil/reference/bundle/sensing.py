@@ -11,7 +11,7 @@ from hil.reference.bundle.disturbance import ReadingLaw
 from hil.reference.bundle.physics import Physics
 from hil.reference.compiling import Array, compiled
 from hil.reference.noise import coloured
-from hil.reference.plant import Session
+from hil.reference.plant import PlantDay
 from hil.reference.play import dragged
 
 CODE_DEG: Final = 120.0 / 65_536
@@ -93,7 +93,7 @@ def beyond_range(angle_deg: Array, null_deg: float) -> Array:
     return np.asarray(level(angle_deg) / np.abs(level(np.array([-REFERENCE_DEG, REFERENCE_DEG]))).max())
 
 
-def bent(angle_deg: Array, law: ReadingLaw, session: Session, period_s: float, random: Generator) -> Array:
+def bent(angle_deg: Array, law: ReadingLaw, session: PlantDay, period_s: float, random: Generator) -> Array:
     """The line from angle to reading: the transformer's own, the day's gain, a carrier that breathes or beats, a range
     that is left."""
     t, (breath, beat) = np.arange(len(angle_deg)) * period_s, random.uniform(0.0, 2.0 * math.pi, 2)
@@ -160,7 +160,7 @@ def dropped(angle_deg: Array, law: ReadingLaw, random: Generator) -> Array:
     return reading
 
 
-def angle_reading(angle_rad: Array, law: ReadingLaw, session: Session, period_s: float, random: Generator) -> Array:
+def angle_reading(angle_rad: Array, law: ReadingLaw, session: PlantDay, period_s: float, random: Generator) -> Array:
     """The recorded angle (deg), shape (n,), of the true one (rad)."""
     angle, physics = np.degrees(angle_rad), session.physics
     noise = noise_deg(len(angle), physics, period_s, random)
@@ -182,7 +182,7 @@ def monitor_reading(pressure_mpa: Array, bias_mpa: float, gain: float, shared: A
     return np.asarray(np.round(reading / MONITOR_CODE_MPA) * MONITOR_CODE_MPA)
 
 
-def readings(motion: Array, law: ReadingLaw, session: Session, period_s: float, random: Generator) -> Array:
+def readings(motion: Array, law: ReadingLaw, session: PlantDay, period_s: float, random: Generator) -> Array:
     """Pressures (MPa) and angle (deg) as recorded, shape (3, n), of the true ones (MPa, rad)."""
     shared = coloured(motion.shape[1], REFERENCE_NOISE, REFERENCE_S, period_s, random)
     return np.array([

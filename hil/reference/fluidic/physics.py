@@ -9,7 +9,7 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.random import Generator
 
-from hil.reference.plant import Session, varied
+from hil.reference.plant import PlantDay, varied
 
 ATMOSPHERE_MPA: Final = 0.1013
 
@@ -107,7 +107,7 @@ def draw_unit(random: Generator) -> Physics:
     )
 
 
-def draw_session(physics: Physics, drift: float, random: Generator) -> Session:
+def draw_session(physics: Physics, drift: float, random: Generator) -> PlantDay:
     """One day. `drift`: relative standard deviation of what drifts by itself, 0.004 to 0.02, with heavier tails than a
     normal one's."""
     scale = (drift / 0.004) ** 0.5
@@ -117,7 +117,7 @@ def draw_session(physics: Physics, drift: float, random: Generator) -> Session:
     for name, weight in _OWN.items():
         values[name] *= float(np.exp(weight * drift * _heavy(random)))
     bias_1, bias_2, gain_1, gain_2, offset = (_heavy(random) for _ in range(5))
-    return Session(
+    return PlantDay(
         Physics(**values), 0.0006 * scale * bias_1, 0.0006 * scale * bias_2, 1.0 + 0.0015 * scale * gain_1,
         1.0 + 0.0015 * scale * gain_2, 0.10 * scale * offset,
         warm=float(random.uniform(0.0, 0.5)), seed=int(random.integers(2**31)),

@@ -10,7 +10,7 @@ from numpy.random import Generator
 from hil.reference.compiling import Array, compiled
 from hil.reference.fluidic.disturbance import ReadingLaw
 from hil.reference.noise import one_pole
-from hil.reference.plant import Session
+from hil.reference.plant import PlantDay
 
 COUNT_DEG: Final = 360.0 / 10_000
 MONITOR_CODE_MPA: Final = 1.0 / 65_536
@@ -73,7 +73,7 @@ def pink(n: int, sigma: float, period_s: float, random: Generator) -> Array:
     return sigma * total / math.sqrt(len(OCTAVES_S))
 
 
-def bent(angle_deg: Array, law: ReadingLaw, session: Session) -> Array:
+def bent(angle_deg: Array, law: ReadingLaw, session: PlantDay) -> Array:
     """The static line: the eccentric disc, a gain that is uneven, a bend."""
     physics = session.physics
     turn = np.radians(angle_deg) + physics.disc_rad
@@ -132,7 +132,7 @@ def noise_deg(n: int, period_s: float, random: Generator) -> Array:
     return SHAKE_DEG * shake / max(float(np.std(shake)), 1e-9) + random.uniform(-1.0, 1.0, n) * ANGLE_NOISE_DEG * 1.7
 
 
-def angle_reading(angle_rad: Array, law: ReadingLaw, session: Session, period_s: float, random: Generator) -> Array:
+def angle_reading(angle_rad: Array, law: ReadingLaw, session: PlantDay, period_s: float, random: Generator) -> Array:
     """The recorded angle (deg), shape (n,), of the true one (rad)."""
     n = len(angle_rad)
     noise = noise_deg(n, period_s, random)
@@ -154,7 +154,7 @@ def monitor_reading(pressure_mpa: Array, bias_mpa: float, gain: float, period_s:
     return np.asarray(np.round(noisy / MONITOR_CODE_MPA) * MONITOR_CODE_MPA)
 
 
-def readings(motion: Array, law: ReadingLaw, session: Session, period_s: float, random: Generator) -> Array:
+def readings(motion: Array, law: ReadingLaw, session: PlantDay, period_s: float, random: Generator) -> Array:
     """Pressures (MPa) and angle (deg) as recorded, shape (3, n), of the true ones (MPa, rad)."""
     return np.array([
         monitor_reading(motion[0], session.monitor_bias_1_mpa, session.monitor_gain_1, period_s, random),

@@ -8,7 +8,7 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.random import Generator
 
-from hil.reference.plant import Session, varied
+from hil.reference.plant import PlantDay, varied
 
 ATMOSPHERE_MPA: Final = 0.1013
 
@@ -92,7 +92,7 @@ def draw_unit(random: Generator) -> Physics:
     return Physics(**nominal)
 
 
-def draw_session(physics: Physics, drift: float, random: Generator) -> Session:
+def draw_session(physics: Physics, drift: float, random: Generator) -> PlantDay:
     """One day on the rig. `drift`: relative standard deviation of each parameter, 0.004 to 0.02.
 
     At 0.004 the instruments move by 0.8 kPa, 0.08 degrees and 0.2 % of angle; they grow with the root of the drift.
@@ -104,7 +104,7 @@ def draw_session(physics: Physics, drift: float, random: Generator) -> Session:
             np.exp(drift * _DRIFT_WEIGHT.get(name, 1.0) * np.clip(random.standard_normal(), -2.5, 2.5))
         )
     bias_1, bias_2, offset, gain = np.clip(random.standard_normal(4), -2.5, 2.5).tolist()
-    return Session(
+    return PlantDay(
         Physics(**values), 0.0008 * scale * bias_1, 0.0008 * scale * bias_2,
         angle_offset_deg=0.08 * scale * offset, angle_gain=1.0 + 0.002 * scale * gain,
         warm=float(random.uniform(0.0, 0.3)), seed=int(random.integers(2**31)),

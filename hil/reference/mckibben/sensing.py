@@ -9,7 +9,7 @@ from numpy.random import Generator
 from hil.reference.compiling import Array, compiled
 from hil.reference.mckibben.disturbance import ReadingLaw
 from hil.reference.noise import coloured, one_pole
-from hil.reference.plant import Session
+from hil.reference.plant import PlantDay
 
 CODE_DEG: Final = 345.0 / 4096
 """WDD35D8 over 345 degrees on a 12-bit converter."""
@@ -50,7 +50,7 @@ def dead_spot(angle_deg: Array, low_deg: float, high_deg: float) -> Array:
     return out
 
 
-def bent(angle_deg: Array, law: ReadingLaw, session: Session) -> Array:
+def bent(angle_deg: Array, law: ReadingLaw, session: PlantDay) -> Array:
     """The static line of the potentiometer: its own curvature, gain error with its bend, eccentric disc."""
     x = angle_deg / REFERENCE_DEG
     reading = angle_deg * (1.0 + session.physics.pot_square * x + session.physics.pot_cube * x * x)
@@ -126,7 +126,7 @@ def noise_deg(n: int, period_s: float, random: Generator) -> Array:
     return random.standard_normal(n) * ANGLE_NOISE_DEG + coloured(n, 0.4 * ANGLE_NOISE_DEG, 0.08, period_s, random)
 
 
-def angle_reading(angle_rad: Array, law: ReadingLaw, session: Session, period_s: float, random: Generator) -> Array:
+def angle_reading(angle_rad: Array, law: ReadingLaw, session: PlantDay, period_s: float, random: Generator) -> Array:
     """The recorded angle (deg), shape (n,), of the true one (rad)."""
     angle = np.degrees(angle_rad)
     noise = noise_deg(len(angle), period_s, random)
@@ -146,7 +146,7 @@ def monitor_reading(pressure_mpa: Array, bias_mpa: float, period_s: float, rando
     return np.asarray(np.round((pressure_mpa + bias_mpa + noise) / MONITOR_CODE_MPA) * MONITOR_CODE_MPA)
 
 
-def readings(motion: Array, law: ReadingLaw, session: Session, period_s: float, random: Generator) -> Array:
+def readings(motion: Array, law: ReadingLaw, session: PlantDay, period_s: float, random: Generator) -> Array:
     """Pressures (MPa) and angle (deg) as recorded, shape (3, n), of the true ones (MPa, rad)."""
     return np.array([
         monitor_reading(motion[0], session.monitor_bias_1_mpa, period_s, random),

@@ -9,7 +9,7 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.random import Generator
 
-from hil.reference.plant import Session, varied
+from hil.reference.plant import PlantDay, varied
 
 ATMOSPHERE_MPA: Final = 0.1013
 
@@ -119,7 +119,7 @@ def draw_unit(random: Generator) -> Physics:
     return Physics(**values)
 
 
-def draw_session(physics: Physics, drift: float, random: Generator) -> Session:
+def draw_session(physics: Physics, drift: float, random: Generator) -> PlantDay:
     """One day. `drift`: relative standard deviation of what drifts by itself on a day like most, 0.004 to 0.02."""
     odd = ODD_TIMES if random.random() < ODD_SHARE else 0.85
     scale, values = odd * (drift / 0.004) ** 0.5, physics._asdict()
@@ -130,7 +130,7 @@ def draw_session(physics: Physics, drift: float, random: Generator) -> Session:
     for name, weight in _OWN.items():
         values[name] *= float(np.exp(odd * weight * drift * random.standard_normal()))
     bias_1, bias_2, gain_1, gain_2, offset = np.clip(random.standard_normal(5), -3.0, 3.0).tolist()
-    return Session(
+    return PlantDay(
         Physics(**values), 0.0005 * scale * bias_1, 0.0005 * scale * bias_2, 1.0 + 0.001 * scale * gain_1,
         1.0 + 0.001 * scale * gain_2, 0.09 * scale * offset,
         warm=float(random.uniform(0.0, 0.4)), seed=int(random.integers(2**31)),

@@ -9,7 +9,7 @@ from numpy.random import Generator
 
 from hil.reference.compiling import Array, compiled
 from hil.reference.noise import coloured
-from hil.reference.plant import Session
+from hil.reference.plant import PlantDay
 from hil.reference.pleated.disturbance import ReadingLaw
 
 COUNT_DEG: Final = 360.0 / 16_384
@@ -61,7 +61,7 @@ def late(columns: Array, age_s: Array, period_s: float) -> Array:
     return np.asarray(np.interp(t - age_s, t, columns))
 
 
-def bent(angle_deg: Array, law: ReadingLaw, session: Session) -> Array:
+def bent(angle_deg: Array, law: ReadingLaw, session: PlantDay) -> Array:
     """The static line: the magnet off its axis, a gain that swings, an error three times per turn."""
     physics, turn = session.physics, np.radians(angle_deg)
     reading = angle_deg * (1.0 + law.gain * (1.0 + law.gain_wave * np.cos(3.0 * turn)))
@@ -115,7 +115,7 @@ def dropped(angle_deg: Array, law: ReadingLaw, random: Generator) -> Array:
     return reading
 
 
-def angle_reading(angle_rad: Array, law: ReadingLaw, session: Session, period_s: float, random: Generator) -> Array:
+def angle_reading(angle_rad: Array, law: ReadingLaw, session: PlantDay, period_s: float, random: Generator) -> Array:
     """The recorded angle (deg), shape (n,), of the true one (rad)."""
     n, angle = len(angle_rad), np.degrees(angle_rad)
     noise = ANGLE_NOISE_DEG * random.standard_normal(n) + coloured(n, WANDER_DEG, WANDER_S, period_s, random)
@@ -137,7 +137,7 @@ def monitor_reading(
     return np.asarray(np.round(reading / MONITOR_CODE_MPA) * MONITOR_CODE_MPA)
 
 
-def readings(motion: Array, law: ReadingLaw, session: Session, period_s: float, random: Generator) -> Array:
+def readings(motion: Array, law: ReadingLaw, session: PlantDay, period_s: float, random: Generator) -> Array:
     """Pressures (MPa) and angle (deg) as recorded, shape (3, n), of the true ones (MPa, rad)."""
     bows = session.physics.bow_1, session.physics.bow_2
     errors = (session.monitor_bias_1_mpa, session.monitor_gain_1), (session.monitor_bias_2_mpa, session.monitor_gain_2)

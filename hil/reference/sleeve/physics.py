@@ -10,7 +10,7 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.random import Generator
 
-from hil.reference.plant import Session, varied
+from hil.reference.plant import PlantDay, varied
 
 
 class Physics(NamedTuple):
@@ -118,7 +118,7 @@ def draw_unit(random: Generator) -> Physics:
     return Physics(**values)
 
 
-def draw_session(physics: Physics, drift: float, random: Generator) -> Session:
+def draw_session(physics: Physics, drift: float, random: Generator) -> PlantDay:
     """One day. `drift`: relative standard deviation of what drifts by itself, 0.004 to 0.02."""
     scale, values = (drift / 0.004) ** 0.5, physics._asdict()
     warmer = drift * math.sqrt(2.0) * math.sin(random.uniform(0.0, 2.0 * math.pi))
@@ -131,7 +131,7 @@ def draw_session(physics: Physics, drift: float, random: Generator) -> Session:
     for name in ("beam_1_mpa", "beam_2_mpa"):
         values[name] += _BEAM_DAY_MPA * scale * _triangular(random)
     both, bias_1, bias_2, gain_1, gain_2, offset = (_triangular(random) for _ in range(6))
-    return Session(
+    return PlantDay(
         Physics(**values), 0.0004 * scale * (both + bias_1), 0.0004 * scale * (both + bias_2),
         1.0 + 0.0012 * scale * gain_1, 1.0 + 0.0012 * scale * gain_2, 0.08 * scale * offset,
         1.0 - 0.25 * warmer, warm=float(random.uniform(0.0, 0.4)), seed=int(random.integers(2**31)),

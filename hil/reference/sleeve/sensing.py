@@ -9,7 +9,7 @@ from numpy.random import Generator
 
 from hil.reference.compiling import Array, compiled
 from hil.reference.noise import coloured, one_pole
-from hil.reference.plant import Session
+from hil.reference.plant import PlantDay
 from hil.reference.sleeve.disturbance import ReadingLaw
 from hil.reference.sleeve.physics import Physics
 
@@ -97,7 +97,7 @@ def saturated(angle_deg: Array, bias: float) -> Array:
     return bend(angle_deg / SATURATION_DEG) / abs(float(bend(np.array(BEND_AT_DEG / SATURATION_DEG))))
 
 
-def bent(angle_deg: Array, law: ReadingLaw, session: Session) -> Array:
+def bent(angle_deg: Array, law: ReadingLaw, session: PlantDay) -> Array:
     """The static line: the day's gain, the field's, saturation, one knot of the table that is wrong."""
     reading = session.angle_gain * angle_deg
     if law.gain != 0.0:
@@ -180,7 +180,7 @@ def dropped(angle_deg: Array, law: ReadingLaw, random: Generator) -> Array:
     return reading
 
 
-def angle_reading(motion: Array, law: ReadingLaw, session: Session, period_s: float, random: Generator) -> Array:
+def angle_reading(motion: Array, law: ReadingLaw, session: PlantDay, period_s: float, random: Generator) -> Array:
     """The recorded angle (deg), shape (n,), of the true one (rad); the pressures are there for what strays."""
     n: int = motion.shape[1]
     angle, white = np.degrees(motion[2]), ANGLE_NOISE_DEG * random.standard_normal(n)
@@ -205,7 +205,7 @@ def monitor_reading(pressure_mpa: Array, bias_mpa: float, gain: float, period_s:
     return np.asarray(np.round(reading / MONITOR_CODE_MPA) * MONITOR_CODE_MPA)
 
 
-def readings(motion: Array, law: ReadingLaw, session: Session, period_s: float, random: Generator) -> Array:
+def readings(motion: Array, law: ReadingLaw, session: PlantDay, period_s: float, random: Generator) -> Array:
     """Pressures (MPa) and angle (deg) as recorded, shape (3, n), of the true ones (MPa, rad)."""
     return np.array([
         monitor_reading(motion[0], session.monitor_bias_1_mpa, session.monitor_gain_1, period_s, random),

@@ -224,7 +224,7 @@ def mean(found: list[Measurement], field: str) -> tuple[float, float]:
 
 
 @dataclass(frozen=True)
-class Timing:
+class DeviceTiming:
     """How a device answers when nothing is written."""
 
     ticks: int
@@ -246,7 +246,9 @@ class Timing:
         return self.age_p99_ms * 1e6 <= period_ns
 
 
-def time_reads(device: Device, period_ns: int, ticks: int, tick_done: Callable[[int], None] = lambda _: None) -> Timing:
+def time_reads(
+    device: Device, period_ns: int, ticks: int, tick_done: Callable[[int], None] = lambda _: None
+) -> DeviceTiming:
     """Read an open device `ticks` times on the period's grid; nothing is written."""
     clock = MonotonicClock()
     took, ages, flags = [], [], Counter[str]()
@@ -272,7 +274,7 @@ def time_reads(device: Device, period_ns: int, ticks: int, tick_done: Callable[[
     took.sort()
     ages.sort()
     share = len(took) - 1
-    return Timing(
+    return DeviceTiming(
         ticks, failed, took[share // 2] / 1e3, took[share * 99 // 100] / 1e3, ages[share // 2] / 1e6,
         ages[share * 99 // 100] / 1e6,
         dict(flags), last_error, last,

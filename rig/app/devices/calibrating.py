@@ -22,7 +22,7 @@ from rig.app.terminal import listing
 from rig.config import read_yaml, structure, unstructure
 from rig.errors import ConfigError, RigError, beside
 from rig.interfaces import Device, Role
-from rig.outputs import Kind, write_text
+from rig.outputs import OutputKind, write_text
 from rig.realtime.clock import MonotonicClock
 from rig.rig_config import RigConfig
 
@@ -177,7 +177,7 @@ def kept_in(out: Path) -> dict[Role, Calibration | Potentiometer]:
 def keep_points(out: Path, measured: Mapping[Role, Measured]) -> Path:
     """Points that were typed in and made no calibration, as a file for `--points`."""
     path = next(place for n in itertools.count(1) if not (place := _points_place(out, n)).exists())
-    write_text(path, _as_yaml(measured), Kind.CALIBRATION)
+    write_text(path, _as_yaml(measured), OutputKind.CALIBRATION)
     return path
 
 
@@ -208,7 +208,7 @@ def write(out: Path, measured: Mapping[Role, Measured], where: str, rig: RigConf
         {role.value: unstructure(c) for role, c in merged.items()}, sort_keys=False, default_flow_style=None, width=120
     )
     head = "# By `pamrig devices calibrate`; name it under `calibration:` in the rig's YAML.\n"
-    write_text(out, head + text, Kind.CALIBRATION)
+    write_text(out, head + text, OutputKind.CALIBRATION)
     return {"file": str(out), "calibrated": summary(fresh), "kept": [role.value for role in kept if role not in fresh]}
 
 

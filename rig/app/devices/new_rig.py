@@ -14,7 +14,7 @@ import yaml
 from rig.app import compose, shipped
 from rig.config import read_yaml
 from rig.errors import ConfigError
-from rig.outputs import Kind, write_text
+from rig.outputs import OutputKind, write_text
 from rig.rig_config import RigConfig
 
 PATTERNS: Final = {
@@ -99,7 +99,7 @@ def write_rig(raw: Mapping[str, Any], target: Path) -> RigConfig:
         raise ConfigError(str(error).replace(str(trial), str(target))) from None
     finally:
         trial.unlink(missing_ok=True)
-    write_text(target, text, Kind.RIG)
+    write_text(target, text, OutputKind.RIG)
     return compose.load(target)
 
 

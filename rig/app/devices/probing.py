@@ -8,7 +8,7 @@ from typing import Any, Final
 from rich.table import Table
 
 from rig.app import compose, inventory, wires
-from rig.app.devices.bringup import DeviceTicker, StepResult, Timing, let_go, step_valves, time_reads
+from rig.app.devices.bringup import DeviceTicker, DeviceTiming, StepResult, let_go, step_valves, time_reads
 from rig.app.overseen import check_last_resort, overseen
 from rig.app.terminal import listing
 from rig.errors import CheckFailed, DeviceError, RigError
@@ -25,7 +25,7 @@ _SEEN = {
 
 
 @dataclass(frozen=True)
-class Answer:
+class DeviceAnswer:
     """How one device answered; without `timing` it did not."""
 
     name: str
@@ -33,7 +33,7 @@ class Answer:
     facts: Mapping[str, Any]
     """What it says of itself."""
     findings: tuple[str, ...] = ()
-    timing: Timing | None = None
+    timing: DeviceTiming | None = None
 
     @property
     def sees(self) -> dict[str, float] | None:
@@ -59,7 +59,7 @@ class Probe:
 
     rig: str
     period_ns: int
-    devices: tuple[Answer, ...]
+    devices: tuple[DeviceAnswer, ...]
     findings: tuple[str, ...]
     warnings: tuple[str, ...]
     steps: tuple[StepResult, ...] | None = None
@@ -80,7 +80,7 @@ class Probe:
 def probe(rig: RigConfig, ticks: int, update: Callable[[float, str], None] = lambda *_: None) -> Probe:
     """Open each device by itself, time `ticks` reads, close it. Nothing is written, armed or disarmed: a daemon may be
     driving the rig."""
-    found: list[Answer] = []
+    found: list[DeviceAnswer] = []
     for number, entry in enumerate(rig.devices):
 
         def tick_done(done: int, before: int = number * ticks, name: str = entry.name) -> None:
@@ -91,7 +91,7 @@ def probe(rig: RigConfig, ticks: int, update: Callable[[float, str], None] = lam
     return Probe(rig.name, rig.period_ns, tuple(found), findings, tuple(inventory.warnings(rig)))
 
 
-def _probe_one(rig: RigConfig, entry: DeviceEntry, ticks: int, tick_done: Callable[[int], None]) -> Answer:
+def _probe_one(rig: RigConfig, entry: DeviceEntry, ticks: int, tick_done: Callable[[int], None]) -> DeviceAnswer:
     device = compose.make_device(dataclasses.replace(rig, devices=(entry,)), MonotonicClock(), looking=True)
     facts: Mapping[str, Any] = {}
     try:
@@ -99,13 +99,13 @@ def _probe_one(rig: RigConfig, entry: DeviceEntry, ticks: int, tick_done: Callab
         time_reads(device, rig.period_ns, WARM_UP_TICKS)
         timing = time_reads(device, rig.period_ns, ticks, tick_done)
     except (DeviceError, CheckFailed) as error:
-        return Answer(entry.name, entry.kind, facts, (f"{entry.name}: {error}",))
+        return DeviceAnswer(entry.name, entry.kind, facts, (f"{entry.name}: {error}",))
     finally:
         let_go(device)
-    return Answer(entry.name, entry.kind, facts, tuple(_findings(entry, timing, rig.period_ns)), timing)
+    return DeviceAnswer(entry.name, entry.kind, facts, tuple(_findings(entry, timing, rig.period_ns)), timing)
 
 
-def _findings(entry: DeviceEntry, timing: Timing, period_ns: int) -> list[str]:
+def _findings(entry: DeviceEntry, timing: DeviceTiming, period_ns: int) -> list[str]:
     lines = []
     if not timing.holds(period_ns):
         lines.append(

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from rig.errors import CheckFailed, Interrupted, StateError
-from rig.outputs import Kind, writing
+from rig.outputs import OutputKind, writing
 from rig.service.client import Client
 
 Status = Mapping[str, Any]
@@ -52,7 +52,7 @@ def taken(daemon: Client, sweep: Path, since: int, out: Path) -> None:
         raise CheckFailed(f"job {job['id']} {job['name']}: {job['state']}: {why}")
     out.mkdir(exist_ok=True)
     for file in _files_of(job):
-        with writing(out / file.name, Kind.RECORDING) as part:
+        with writing(out / file.name, OutputKind.RECORDING) as part:
             shutil.copy2(file, part)
 
 

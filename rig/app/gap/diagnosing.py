@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from rig.app.gap.baselines import EarlierDay, EarlierDays, days_in, earlier_days
 from rig.errors import ConfigError, RigError
-from rig.outputs import Kind, write_text
+from rig.outputs import OutputKind, write_text
 from rig.tags import told
 
 if TYPE_CHECKING:
@@ -44,21 +44,21 @@ class DiagnosisOptions:
 
 
 @dataclass(frozen=True)
-class Case:
+class NamedDay:
     """One day's records; `name` goes into the names of its files when there are several."""
 
     name: str | None
     logs: tuple[Path, ...]
 
 
-def cases_of(logs: tuple[Path, ...]) -> list[Case]:
+def cases_of(logs: tuple[Path, ...]) -> list[NamedDay]:
     """A single folder that holds days (`days_in`) is a campaign, one case each; anything else is one case."""
     days = days_in(logs[0]) if len(logs) == 1 else []
-    return [Case(day.name, (day,)) for day in days] or [Case(None, logs)]
+    return [NamedDay(day.name, (day,)) for day in days] or [NamedDay(None, logs)]
 
 
 def diagnose_case(
-    options: DiagnosisOptions, case: Case, sessions: Sequence[EarlierDay] | None = None
+    options: DiagnosisOptions, case: NamedDay, sessions: Sequence[EarlierDay] | None = None
 ) -> "tuple[Diagnosis, str]":
     """Read (the sessions too, where the caller has not), diagnose, write the files that were asked for; with the
     diagnosis why one of them was not written, empty when all are."""
@@ -123,7 +123,7 @@ def _with_worth(
 ) -> "Diagnosis":
     """The diagnosis with what its causes are worth to a feed-forward, in the evidence and in a note."""
     from rig.control.worth import worth
-    from rig.gap.answer.facts import Tracking
+    from rig.gap.answer.facts import FeedForwardResidual
     from rig.gap.answer.how_far.augment import augmented
 
     if not any(cause.applied for cause in diagnosis.causes):
@@ -131,7 +131,7 @@ def _with_worth(
         return replace(diagnosis, notes=[*diagnosis.notes, nothing])
     found = worth(model, augmented(model, diagnosis, grounds.expected), records, gains)
     way = "closer" if found.closer >= 0.0 else "less closely"
-    evidence = replace(diagnosis.evidence, tracking=Tracking(found.before_deg, found.after_deg))
+    evidence = replace(diagnosis.evidence, tracking=FeedForwardResidual(found.before_deg, found.after_deg))
     note = (
         f"with the causes in it the feed-forward follows {100 * abs(found.closer):.0f} % {way}: of these movements the "
         f"loop would leave {found.after_deg:.2f} deg rms, {found.before_deg:.2f} with the simulator as it was"
@@ -160,7 +160,7 @@ class Campaign:
 
 
 def diagnose_campaign(
-    options: DiagnosisOptions, cases: Sequence[Case], dask: str | None, workers: int | None
+    options: DiagnosisOptions, cases: Sequence[NamedDay], dask: str | None, workers: int | None
 ) -> Campaign:
     """Every case over processes or a cluster; a day that cannot be diagnosed does not end it, unless none can."""
     from functools import partial
@@ -182,7 +182,7 @@ def diagnose_campaign(
     return campaign
 
 
-def _diagnosed(options: DiagnosisOptions, case: Case) -> "tuple[str | None, tuple[Diagnosis | None, str]]":
+def _diagnosed(options: DiagnosisOptions, case: NamedDay) -> "tuple[str | None, tuple[Diagnosis | None, str]]":
     """A case's name with its diagnosis and why a file of it is missing, or with why there is none."""
     try:
         return case.name, diagnose_case(options, case)
@@ -198,7 +198,7 @@ def _read(paths: Sequence[Path]) -> "list[Record]":
 
 def _write(
     options: DiagnosisOptions,
-    case: Case,
+    case: NamedDay,
     model: "Model",
     diagnosis: "Diagnosis",
     grounds: "Grounds",
@@ -222,7 +222,7 @@ def _write(
 
         save_model(retuned_model(model, grounds.expected), place(options.retuned_to))
     if options.next_to and diagnosis.next_experiment:
-        write_text(place(options.next_to), diagnosis.next_experiment.sweep(), Kind.SWEEP)
+        write_text(place(options.next_to), diagnosis.next_experiment.sweep(), OutputKind.SWEEP)
 
 
 def place_of(path: Path, day: str | None) -> Path:
@@ -255,7 +255,7 @@ def without_next(options: DiagnosisOptions, results: "Mapping[str | None, Diagno
 
 
 def _origin(
-    options: DiagnosisOptions, case: Case, records: "Sequence[Record]", sessions: Sequence[EarlierDay]
+    options: DiagnosisOptions, case: NamedDay, records: "Sequence[Record]", sessions: Sequence[EarlierDay]
 ) -> dict[str, str]:
     """Whose the answer is: what the report says of where it comes from."""
     from importlib.metadata import version

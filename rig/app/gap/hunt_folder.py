@@ -10,7 +10,7 @@ from typing import Any
 
 from rig.config import finite, read_text
 from rig.errors import ConfigError
-from rig.outputs import Kind, file_name, make_folder, write_text
+from rig.outputs import OutputKind, file_name, make_folder, write_text
 from rig.service.connections.places import lock_folder
 
 FILE = "hunt.json"
@@ -20,7 +20,7 @@ MODEL_TEXT = "model_sha256"
 
 
 @dataclass(frozen=True)
-class Step:
+class HuntStep:
     """One sweep of a hunt."""
 
     sweep: str
@@ -52,7 +52,7 @@ class Hunt:
     folder: Path
     asked: Mapping[str, Any] = field(default_factory=dict)
     """Rig, model, reference, baselines and what begins it: a hunt goes on with the same only."""
-    steps: tuple[Step, ...] = ()
+    steps: tuple[HuntStep, ...] = ()
     ended: str = ""
 
     @property
@@ -60,7 +60,7 @@ class Hunt:
         """Of the rig's time, used."""
         return sum(step.minutes for step in self.steps if step.done)
 
-    def with_last(self, step: Step) -> "Hunt":
+    def with_last(self, step: HuntStep) -> "Hunt":
         """The same, its last step replaced."""
         return replace(self, steps=(*self.steps[:-1], step))
 
@@ -73,7 +73,7 @@ class Hunt:
             "ended": self.ended,
         }
         self.folder.mkdir(parents=True, exist_ok=True)
-        write_text(self.folder / FILE, json.dumps(plain, indent=1) + "\n", Kind.HUNT)
+        write_text(self.folder / FILE, json.dumps(plain, indent=1) + "\n", OutputKind.HUNT)
 
 
 @contextmanager
@@ -124,7 +124,7 @@ def _check_same(folder: Path, before: Mapping[str, Any], asked: Mapping[str, Any
         )
 
 
-def _step(plain: Mapping[str, Any]) -> Step:
+def _step(plain: Mapping[str, Any]) -> HuntStep:
     """One entry of the file; ValueError for one that no hunt wrote, such as a place outside its folder."""
     names = tuple((str(name), finite(chance)) for name, chance in plain["set"])
     sweep, records = str(plain["sweep"]), str(plain["records"])
@@ -132,4 +132,4 @@ def _step(plain: Mapping[str, Any]) -> Step:
         if name != file_name(name):
             raise ValueError(f"{name!a} is no name of a step's file")
     since = None if plain.get("since") is None else int(plain["since"])
-    return Step(sweep, str(plain["why"]), finite(plain["minutes"]), records, names, since)
+    return HuntStep(sweep, str(plain["why"]), finite(plain["minutes"]), records, names, since)

@@ -11,9 +11,9 @@ from pathlib import Path
 
 from rig.app import shipped
 from rig.app.gap.daemon_jobs import at_hand, check_free, last_job, taken
-from rig.app.gap.hunt_folder import FILE, MODEL_TEXT, Hunt, Step, alone_in, open_hunt
+from rig.app.gap.hunt_folder import FILE, MODEL_TEXT, Hunt, HuntStep, alone_in, open_hunt
 from rig.app.gap.planning import resting, room_of
-from rig.app.runs.outcome import Outcome
+from rig.app.runs.outcome import RunOutcome
 from rig.app.runs.sweeping import SweepOptions, run_sweep, text_from
 from rig.app.terminal import progress
 from rig.channels import Channels
@@ -31,7 +31,7 @@ from rig.gap.reference.build import AUTO, Kind, because, choose
 from rig.gap.settings import CREDIBLE
 from rig.log.reader import read
 from rig.model.parameters import Model, load_model
-from rig.outputs import Kind as Output
+from rig.outputs import OutputKind as Output
 from rig.outputs import write_text
 from rig.record import Record
 from rig.report.gap_page import write_page
@@ -127,8 +127,8 @@ class Hunted:
 
 def hunt(
     options: HuntOptions,
-    allowed: Callable[[Step], bool] = lambda step: True,
-    report: Callable[[Step, Thought], None] = lambda step, thought: None,
+    allowed: Callable[[HuntStep], bool] = lambda step: True,
+    report: Callable[[HuntStep, Thought], None] = lambda step, thought: None,
 ) -> Hunted:
     """Hunt until it is known; `allowed` is asked before anything moves, `report` hears of every step that is thought
     through. What is known stays in the folder, also when the rig faults (CheckFailed) or somebody interrupts.
@@ -216,12 +216,12 @@ def _planned(so_far: Hunt, sweep: str, why: str, minutes: float) -> Hunt:
     name = f"step_{len(so_far.steps) + 1}.yaml"
     so_far.folder.mkdir(parents=True, exist_ok=True)
     write_text(so_far.folder / name, sweep, Output.SWEEP)
-    so_far = replace(so_far, steps=(*so_far.steps, Step(name, why, minutes)))
+    so_far = replace(so_far, steps=(*so_far.steps, HuntStep(name, why, minutes)))
     so_far.save()
     return so_far
 
 
-def _barred(options: HuntOptions, so_far: Hunt, allowed: Callable[[Step], bool]) -> str:
+def _barred(options: HuntOptions, so_far: Hunt, allowed: Callable[[HuntStep], bool]) -> str:
     """Why the last step is not to be recorded; empty where it may be, or the daemon records it already."""
     step = so_far.steps[-1]
     if _at_hand(options, so_far):
@@ -266,7 +266,7 @@ def _unused(place: Path, name: str) -> str:
 def _here(options: HuntOptions, sweep: Path, out: Path, number: int) -> None:
     """One sweep in this process, its records in `out`."""
     seed = None if options.seed is None else options.seed + number - 1
-    outcome: Outcome = run_sweep(sweep, options.rig, SweepOptions(out, options.virtual, seed, options.force))
+    outcome: RunOutcome = run_sweep(sweep, options.rig, SweepOptions(out, options.virtual, seed, options.force))
     outcome.judge()
 
 
@@ -295,8 +295,8 @@ def _ended(so_far: Hunt, thought: Thought | None, how: str) -> Hunted:
 
 def hunt_and_tell(
     options: HuntOptions,
-    allowed: Callable[[Step], bool],
-    report: Callable[[Step], None],
+    allowed: Callable[[HuntStep], bool],
+    report: Callable[[HuntStep], None],
     tell: Callable[[Hunted], None],
 ) -> Hunted:
     """`hunt`, with its result given to `tell` and its pages written, also of a hunt that the rig, the daemon, the disk
@@ -308,13 +308,13 @@ def hunt_and_tell(
 
 def _told(
     options: HuntOptions,
-    allowed: Callable[[Step], bool],
-    report: Callable[[Step], None],
+    allowed: Callable[[HuntStep], bool],
+    report: Callable[[HuntStep], None],
     tell: Callable[[Hunted], None],
 ) -> Hunted:
     learnt: list[Thought] = []
 
-    def thought_through(step: Step, thought: Thought) -> None:
+    def thought_through(step: HuntStep, thought: Thought) -> None:
         learnt.append(thought)
         report(step)
 

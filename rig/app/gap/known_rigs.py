@@ -13,7 +13,7 @@ from rig.channels import Channels, common
 from rig.errors import ConfigError
 from rig.gap.hypotheses.library import LIBRARY, Effect
 from rig.gap.offered import channels_of_call, possible
-from rig.gap.plan.rehearse import Noise, Rig, as_steady_as, known_rig
+from rig.gap.plan.rehearse import Noise, RehearsedRig, as_steady_as, known_rig
 from rig.gap.records.grid import rows_apart
 from rig.gap.records.pairs import pair_up
 from rig.gap.reference.build import AUTO, Kind, choose, expect, from_response, known_how
@@ -49,7 +49,7 @@ class Asked:
 class Known:
     """The rig that is asked about."""
 
-    rig: Rig
+    rig: RehearsedRig
     model: Model
     period_s: float
     """Sample time of its records."""
@@ -80,14 +80,14 @@ def _grid_s(period_s: float) -> float:
     return period_s * rows_apart(period_s)
 
 
-def known_of(model: Model, days: Sequence[Sequence[Record]], reference: str = AUTO) -> Rig:
+def known_of(model: Model, days: Sequence[Sequence[Record]], reference: str = AUTO) -> RehearsedRig:
     """The rig of a model, and of earlier days of it, on the grid of their records; ModelError or ConfigError when they
     do not describe one."""
     period_s = days[0][0].period_s if days else model.sample_time_s
     return replace(_described(model, days, reference), grid_s=_grid_s(period_s))
 
 
-def _described(model: Model, days: Sequence[Sequence[Record]], reference: str) -> Rig:
+def _described(model: Model, days: Sequence[Sequence[Record]], reference: str) -> RehearsedRig:
     kind = choose(reference, model, len(days))
     if kind in (Kind.SESSION, Kind.SESSIONS):
         levels = kind.value if kind.value in fitted().levels else Kind.SESSION.value
@@ -100,11 +100,11 @@ def _described(model: Model, days: Sequence[Sequence[Record]], reference: str) -
     return _by_simulator(model, sister=reference == Kind.SIMULATOR)
 
 
-def _by_fingerprint(known: Fingerprint) -> Rig:
+def _by_fingerprint(known: Fingerprint) -> RehearsedRig:
     levels, missed_mpa, missed_deg = known_how(known)
     noise = Noise(known.noise_deg, float(np.mean(known.noise_mpa)) if known.noise_mpa else Noise.pressure_mpa)
     driven = known.pressures is PressureSource.MEASURED
-    rig = Rig(response_of(known), levels, driven, noise, missed_mpa=missed_mpa, missed_deg=missed_deg)
+    rig = RehearsedRig(response_of(known), levels, driven, noise, missed_mpa=missed_mpa, missed_deg=missed_deg)
     kept = unpacked(known.day)
     if not kept:
         return rig
@@ -112,13 +112,13 @@ def _by_fingerprint(known: Fingerprint) -> Rig:
     return as_steady_as(rig, itself.contexts)
 
 
-def _by_simulator(model: Model, *, sister: bool) -> Rig:
+def _by_simulator(model: Model, *, sister: bool) -> RehearsedRig:
     records = [simulate(model, record) for record in commands_of(DEFAULT_SWEEP, model.sample_time_s)]
     known = known_rig(expect(Kind.SIMULATOR, sister, model, pair_up(records, [], model.p0_mpa)))
     return replace(known, noise=Noise())  # a simulator's own records have none
 
 
-def family_rig(family: str, unit: int) -> Rig:
+def family_rig(family: str, unit: int) -> RehearsedRig:
     """A unit of a plant family, described by a fingerprint of one day of the usual session."""
     simulator = by_plant(family, unit, 0)
     records = [simulator.answer(record) for record in commands_of(DEFAULT_SWEEP, simulator.period_s)]

@@ -11,7 +11,7 @@ from statistics import median
 
 import numpy as np
 
-from hil.reference.cases import Case, CaseKind, bench_of, realise
+from hil.reference.cases import Case, DrawnKind, bench_of, realise
 from rig.blind_check.source import records_of
 from rig.columns import rms
 from rig.errors import RigError
@@ -63,7 +63,7 @@ def of_rig(number: int, case: Case, effects: Collection[str] = LIBRARY.keys()) -
         if name not in effects or LIBRARY[name].signature:
             continue
         signed = sign if bench.family.laws[name].signed else 1
-        asked = replace(case, kind=CaseKind.SINGLE, effects=(name,), signs=(signed,), wanted_ratios=(ratio,))
+        asked = replace(case, kind=DrawnKind.SINGLE, effects=(name,), signs=(signed,), wanted_ratios=(ratio,))
         with suppress(RigError):
             made = realise(asked, bench)
             if not REACHED * ratio <= made.ratio_angle <= ratio / REACHED:
@@ -106,7 +106,7 @@ def _by_family(found: Iterable[LawError]) -> Iterator[list[float]]:
 
 def _healthy(case: Case) -> list[Record]:
     """The records of the case's day, with the same noise, and nothing wrong."""
-    nothing = replace(case, kind=CaseKind.NONE, effects=(), signs=(), wanted_ratios=())
+    nothing = replace(case, kind=DrawnKind.NONE, effects=(), signs=(), wanted_ratios=())
     return [_nudged(record) for record in records_of(realise(nothing, bench_of(case)).records)]
 
 

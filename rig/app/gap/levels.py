@@ -28,10 +28,10 @@ from rig.gap.hypotheses.scenes import parts_of_angle, parts_of_pressures
 from rig.gap.records.pairs import pair_up
 from rig.gap.reference.build import SISTER, Expected, Kind, expect
 from rig.gap.reference.expectation import Parts
-from rig.gap.settings import Fitted, Levels, Origin, Prior, Provenance, fitted
+from rig.gap.settings import FitProvenance, Fitted, Levels, Origin, Prior, fitted
 from rig.model.parameters import Model
 from rig.model.response.fingerprint_check import fingerprint_checksum
-from rig.outputs import Kind as Output
+from rig.outputs import OutputKind as Output
 from rig.outputs import write_text
 from rig.parallel import executor
 from rig.record import Record
@@ -47,7 +47,7 @@ OF_DAYS = (Kind.SESSION.value, Kind.FINGERPRINT.value)
 
 
 @dataclass(frozen=True)
-class Plan:
+class FittingPlan:
     """What to fit on."""
 
     families: tuple[str, ...]
@@ -83,7 +83,7 @@ def known_families(names: Sequence[str], left_out: Sequence[str] = ()) -> tuple[
     return kept
 
 
-def calibrate(plan: Plan, report: Callable[[int], None] = lambda done: None) -> Fitted:
+def calibrate(plan: FittingPlan, report: Callable[[int], None] = lambda done: None) -> Fitted:
     """The levels of session, fingerprint, simulator and sister, the laws' usual errors and how far these may be off;
     the rest, odds as well, stays as it is. `report` is told how many of STEPS times the rigs are done."""
     shipped = fitted()
@@ -107,7 +107,7 @@ def calibrate(plan: Plan, report: Callable[[int], None] = lambda done: None) -> 
     return replace(shipped, provenance=provenance, levels=levels, prior=prior)
 
 
-def provenance_of(plan: Plan, before: Fitted, laws: Collection[str]) -> Provenance:
+def provenance_of(plan: FittingPlan, before: Fitted, laws: Collection[str]) -> FitProvenance:
     """The provenance once levels, and the errors of these `laws`, are fitted anew; of the odds, and of what no rig told
     anything of, as it was."""
     rigs = plan.units * len(plan.families)
@@ -123,7 +123,7 @@ def provenance_of(plan: Plan, before: Fitted, laws: Collection[str]) -> Provenan
     kept = {path: one for path, one in known.parts.items() if any(path.startswith(f"{below}.") for below in untouched)}
     kept |= {path: one for path in untouched if (one := known.of(path)) is not None}
     renewed = known.renewed({"levels": made, "prior.laws": made, "prior.law_shares": made})
-    return Provenance(list(plan.families), rigs, rigs * len(DAYS), {**renewed.parts, **kept})
+    return FitProvenance(list(plan.families), rigs, rigs * len(DAYS), {**renewed.parts, **kept})
 
 
 def origin(command: str, seeds: Sequence[int], families: Sequence[str], on: str) -> Origin:
@@ -221,7 +221,7 @@ def _levels(days: Sequence[HealthyDay], prior: Prior) -> Levels:
     return replace(made, builds=fit_builds([[day.pressures for day in some] for some in families], pressures, prior))
 
 
-def _first_cases(family: str, plan: Plan) -> list[Case]:
+def _first_cases(family: str, plan: FittingPlan) -> list[Case]:
     """One case of every unit: it stands for the unit."""
     sheet = draw_sheet(Purpose.DEVELOPMENT, plan.seed, plan.units * CASES_PER_UNIT, family)
     return sheet[::CASES_PER_UNIT]

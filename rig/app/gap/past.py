@@ -7,7 +7,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, Final
 
-from rig.app.gap.diagnosing import Campaign, Case, DiagnosisOptions, diagnose_campaign
+from rig.app.gap.diagnosing import Campaign, DiagnosisOptions, NamedDay, diagnose_campaign
 from rig.errors import ConfigError
 from rig.gap.history import Day, History, day_of
 from rig.gap.settings import FALSE_ALARM_RATE
@@ -17,7 +17,7 @@ _DATE: Final = re.compile(r"(\d{4})-?(\d{2})-?(\d{2})")
 _DAY_S: Final = 86400.0
 
 
-def past_days(options: DiagnosisOptions, cases: Sequence[Case], workers: int | None) -> tuple[list[Day], Campaign]:
+def past_days(options: DiagnosisOptions, cases: Sequence[NamedDay], workers: int | None) -> tuple[list[Day], Campaign]:
     """Every day's diagnosis in order of time, and what became of each; ConfigError where there are not several days, or
     of some of them nothing says when they were."""
     if len(cases) < 2 or cases[0].name is None:
@@ -30,7 +30,7 @@ def past_days(options: DiagnosisOptions, cases: Sequence[Case], workers: int | N
     return days, campaign
 
 
-def _begun(cases: Sequence[Case]) -> dict[str, float]:
+def _begun(cases: Sequence[NamedDay]) -> dict[str, float]:
     """Day -> seconds at which its records began, since one moment for all; where nothing says so of any, a day apart in
     the order of their names."""
     known = {str(case.name): _when(case) for case in cases}
@@ -46,7 +46,7 @@ def _begun(cases: Sequence[Case]) -> dict[str, float]:
     return {name: at for name, at in known.items() if at is not None}
 
 
-def _when(case: Case) -> float | None:
+def _when(case: NamedDay) -> float | None:
     """Seconds since 1970 at which a day's records began: from the folder's name where it holds a date, else from the
     records; None where they do not say either."""
     if found := _DATE.search(str(case.name)):

@@ -14,7 +14,7 @@ from rig.log import reader
 from rig.log.convert import LogContent, content_of_record, read_content, unkept_columns
 from rig.log.exchange import SUFFIXES, read_exported
 from rig.log.foreign.guess import Guess, guess
-from rig.log.foreign.kinds import Kind, kind_of
+from rig.log.foreign.kinds import FileKind, kind_of
 from rig.log.foreign.mapping import Mapping as ColumnMapping
 from rig.log.foreign.mapping import left_out, load_mapping, mapped, mapping_of, raw_table
 from rig.log.foreign.tables import foreign_columns, read_tdms
@@ -55,7 +55,7 @@ def found_or_unfinished(paths: tuple[Path, ...]) -> tuple[list[Path], list[Path]
 
 def describe(path: Path) -> dict[str, Any]:
     """What a file holds, as plain data."""
-    if kind_of(path) is Kind.MCAP:
+    if kind_of(path) is FileKind.MCAP:
         return _describe_mcap(path)
     records = reader.read(path, phases=None)
     return {
@@ -129,16 +129,16 @@ def import_content(path: Path, mapping_path: Path | None) -> tuple[LogContent, l
     """A foreign file as a log, and the columns that found no place in it. RecordError for anything ambiguous."""
     unused: list[str] = []
     if mapping_path is None:
-        if path.suffix in (".parquet", ".mat") or kind_of(path) is Kind.TEXT:
+        if path.suffix in (".parquet", ".mat") or kind_of(path) is FileKind.TEXT:
             content = read_exported(path)
             if content is not None:
                 return content, []
         if path.suffix in (".parquet", ".mat"):
             raise RecordError(f"{path}: not written by `pamrig log export`; export it as CSV and give a --mapping")
-        if kind_of(path) is Kind.MCAP:
+        if kind_of(path) is FileKind.MCAP:
             raise RecordError(f"{path}: importing MCAP needs a --mapping; {_channels(path)}")
         (record,) = reader.read(path, phases=None)
-        unused = foreign_columns(read_tdms(path)) if kind_of(path) is Kind.TDMS else []
+        unused = foreign_columns(read_tdms(path)) if kind_of(path) is FileKind.TDMS else []
     else:
         record, unused = _import_by(load_mapping(mapping_path), path)
     return content_of_record(record, {IMPORTED: path.name}), unused + unkept_columns(record)
@@ -193,7 +193,7 @@ def _channels(path: Path) -> str:
 
 def contents_of(path: Path, period_s: float | None) -> list[tuple[Path, LogContent]]:
     """What a log holds, whole; or its sweeps on a regular grid of `period_s`. Each with the name of a file for it."""
-    if period_s is None and kind_of(path) is Kind.MCAP:
+    if period_s is None and kind_of(path) is FileKind.MCAP:
         return [(path, read_content(path))]
     records = reader.read(path, reader.SWEEP_ONLY if period_s else None)
     if period_s is not None:

@@ -13,7 +13,7 @@ from rig.service.records.orders import RunResult
 
 
 @dataclass
-class Outcome:
+class RunOutcome:
     """What came of it all."""
 
     runs: list[RunResult]

@@ -10,17 +10,17 @@ from typing import TYPE_CHECKING, Any
 
 from rig.app import compose, shipped
 from rig.app.runs import runner
-from rig.app.runs.outcome import Outcome
+from rig.app.runs.outcome import RunOutcome
 from rig.channels import PNEUMATIC, REST_MPA, Channels, channels_of, common
 from rig.config import read_yaml, structure
 from rig.errors import CheckFailed, ConfigError, RecordError, RigError
 from rig.excite.envelope import check_setpoints
 from rig.log import reader
 from rig.log.convert import LogContent, content_of_record, read_content, write_content
-from rig.log.foreign.kinds import Kind, kind_of
+from rig.log.foreign.kinds import FileKind, kind_of
 from rig.log.replay import (
     PERIOD_TOLERANCE,
-    Comparison,
+    ReplayComparison,
     compare,
     departures,
     onto_period,
@@ -57,7 +57,7 @@ class Recording:
 
 
 @dataclass(frozen=True)
-class Job:
+class ReplayJob:
     """Recordings and the rig they go to."""
 
     rig: RigConfig
@@ -87,8 +87,8 @@ class Replayed:
     figure: Path
     comparison: Mapping[str, Any]
     departures: list[str]
-    outcome: Outcome
-    beside: Comparison
+    outcome: RunOutcome
+    beside: ReplayComparison
     """The replay beside its recording, tick by tick."""
     channels: Channels = PNEUMATIC
 
@@ -98,7 +98,9 @@ class Replayed:
         return told | {"file": str(self.file), "figure": str(self.figure), "departures": self.departures}
 
 
-def prepare(log: Path, rig: RigConfig | Path | None, model: Path | None, p0_mpa: float | None, resample: bool) -> Job:
+def prepare(
+    log: Path, rig: RigConfig | Path | None, model: Path | None, p0_mpa: float | None, resample: bool
+) -> ReplayJob:
     """Read, turn into programs, and check against the rig's envelope: nothing has moved yet. Without a rig it is the
     simulated one, at the recordings' own period unless `resample`."""
     contents = list(_contents(log))
@@ -117,8 +119,8 @@ def prepare(log: Path, rig: RigConfig | Path | None, model: Path | None, p0_mpa:
     elif simulator.muscle.kind != EXTERNAL:  # one of another kind answers whatever is asked of it
         _check_rig(str(model), simulator.own_channels, recordings)
     if simulator is not None and simulator.muscle.kind == EXTERNAL:
-        return Job(rig, recordings, simulator=simulator)
-    return Job(rig, recordings, {} if model is None else {"model": model.resolve()})
+        return ReplayJob(rig, recordings, simulator=simulator)
+    return ReplayJob(rig, recordings, {} if model is None else {"model": model.resolve()})
 
 
 def _loaded(path: Path | None, recordings: Sequence[tuple[str, Path, LogContent]]) -> RigConfig:
@@ -139,7 +141,7 @@ def load_gate(path: Path) -> dict[str, float]:
     return structure(raw, dict[str, float], str(path))
 
 
-def replay_all(job: Job, options: ReplayOptions) -> Iterator[Replayed]:
+def replay_all(job: ReplayJob, options: ReplayOptions) -> Iterator[Replayed]:
     """Each recording in a session of its own, so that what comes before it does not matter, and told as it is done; a
     rig that was stopped does not move again for the next one. CheckFailed, with what is known of the safe state, when
     nothing can be compared."""
@@ -158,7 +160,7 @@ def replay_all(job: Job, options: ReplayOptions) -> Iterator[Replayed]:
 
 def _contents(log: Path) -> Iterator[tuple[str, Path, LogContent]]:
     for file in _complete_files(log) if log.is_dir() else [log]:
-        if kind_of(file) is Kind.MCAP:
+        if kind_of(file) is FileKind.MCAP:
             yield reader.stem(file), file, read_content(file)
             continue
         for record in reader.read(file):
@@ -197,7 +199,7 @@ def _after_settling(program: Program, rest: tuple[float, float]) -> Iterator[tup
         yield Phase(phase).name.lower().replace("_", " "), p1_mpa, p2_mpa
 
 
-def _replay(job: Job, recording: Recording, options: ReplayOptions, target: Path) -> Replayed:
+def _replay(job: ReplayJob, recording: Recording, options: ReplayOptions, target: Path) -> Replayed:
     """Carry it out into a file beside `target`, which stays if anything goes wrong, and add the comparison."""
     virtual = options.clock == "virtual" if options.clock else compose.is_simulated(job.rig)
     if virtual:
@@ -238,7 +240,7 @@ def _check_rig(name: str, channels: Channels, recordings: list[Recording]) -> No
     common([(name, channels), *((str(one.source), one.channels) for one in recordings)])
 
 
-def _rig_of(job: Job, recording: Recording) -> AbstractContextManager[RigConfig]:
+def _rig_of(job: ReplayJob, recording: Recording) -> AbstractContextManager[RigConfig]:
     """The rig, or one that answers this recording as the simulator says."""
     if job.simulator is None:
         return nullcontext(job.rig)
@@ -247,7 +249,7 @@ def _rig_of(job: Job, recording: Recording) -> AbstractContextManager[RigConfig]
     return answered(job.rig, job.simulator, recording.program)
 
 
-def _compared(recording: Recording, outcome: Outcome, target: Path, options: ReplayOptions) -> Replayed:
+def _compared(recording: Recording, outcome: RunOutcome, target: Path, options: ReplayOptions) -> Replayed:
     """The comparison, written into the log that stays."""
     raw = outcome.runs[0].file
     made = read_content(raw)

@@ -14,7 +14,7 @@ from typing import Any
 
 from rig.app import compose
 from rig.app.overseen import check_last_resort
-from rig.app.runs.outcome import Outcome
+from rig.app.runs.outcome import RunOutcome
 from rig.app.supervise import watching
 from rig.app.terminal import console, progress
 from rig.channels import Channels
@@ -56,11 +56,11 @@ class RunOptions:
     """Settings of devices to override (a model for the simulated rig)."""
 
 
-def carry_out(rig: RigConfig, runs: Sequence[Planned], options: RunOptions) -> Outcome:
+def carry_out(rig: RigConfig, runs: Sequence[Planned], options: RunOptions) -> RunOutcome:
     """Carry out the runs in order, one MCAP file each in `options.out`; the rig ends in its safe state on every
     path."""
     prepare_folder(options.out, [f"{planned.name}.mcap" for planned in runs])
-    outcome = Outcome([], len(runs), channels=rig.channels)
+    outcome = RunOutcome([], len(runs), channels=rig.channels)
     operator = _Operator()
     before = {number: signal.getsignal(number) for number in ending_signals()}
     own_signals(operator.signalled)
@@ -89,7 +89,7 @@ def _run(
     runs: Sequence[Planned],
     options: RunOptions,
     operator: "_Operator",
-    outcome: Outcome,
+    outcome: RunOutcome,
 ) -> None:
     try:
         session.open([planned.program for planned in runs], scripted=True)
@@ -192,7 +192,7 @@ class _Operator:
             self._session.mailbox.stop()
 
 
-def watch(session: Session, operator: _Operator, outcome: Outcome, total_ticks: int, own: Channels) -> None:
+def watch(session: Session, operator: _Operator, outcome: RunOutcome, total_ticks: int, own: Channels) -> None:
     """Let the loop go, and until it ends: beat, show progress, gather results; a dead recorder or a file that is gone
     ends the runs."""
     said = ""
@@ -220,7 +220,7 @@ def _say_trouble(session: Session, said: str) -> str:
     return now
 
 
-def _stop_without_a_file(session: Session, outcome: Outcome) -> None:
+def _stop_without_a_file(session: Session, outcome: RunOutcome) -> None:
     lost = [run.error for run in outcome.runs if run.error and not run.valid and len(outcome.runs) < outcome.planned]
     gone = [session.trouble.error] if session.trouble is not None and session.trouble.final else []
     if (lost or gone) and not outcome.error:
@@ -228,7 +228,7 @@ def _stop_without_a_file(session: Session, outcome: Outcome) -> None:
         session.mailbox.stop()
 
 
-def _look(session: Session, outcome: Outcome) -> None:
+def _look(session: Session, outcome: RunOutcome) -> None:
     """A lost process ends the runs: by the safe state, at once."""
     loss = session.watch.look() if session.watch is not None else None
     if loss is None or loss.fault is Fault.LOOP_DIED:

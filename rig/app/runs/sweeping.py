@@ -10,7 +10,7 @@ import yaml
 
 from rig.app import compose, shipped
 from rig.app.runs import runner
-from rig.app.runs.outcome import Outcome
+from rig.app.runs.outcome import RunOutcome
 from rig.config import read_yaml
 from rig.excite.envelope import check_run
 from rig.excite.experiment import expand, load_sweep, with_files
@@ -50,7 +50,7 @@ def text_from(sweep: Path, folder: Path) -> str:
     return yaml.safe_dump(read, sort_keys=False)
 
 
-def run_sweep(sweep: Path, rig: RigConfig, options: SweepOptions) -> Outcome:
+def run_sweep(sweep: Path, rig: RigConfig, options: SweepOptions) -> RunOutcome:
     """Carry out the sweep at `sweep` (or the one of that name that comes with pamrig), one MCAP file a record.
 
     ConfigError for a sweep that cannot be read, EnvelopeError for one that would leave the envelope: before anything

@@ -10,7 +10,7 @@ import yaml
 
 from rig.app import shipped
 from rig.app.runs import runner
-from rig.app.runs.outcome import Outcome
+from rig.app.runs.outcome import RunOutcome
 from rig.app.runs.sweeping import read_from
 from rig.errors import ConfigError, RigError
 from rig.excite.envelope import check_run
@@ -21,13 +21,13 @@ from rig.service.session.run_setup import program_of
 
 if TYPE_CHECKING:
     from rig.control.feedforward import FeedForward
-    from rig.control.score import Score
+    from rig.control.score import TrackingScore
     from rig.control.tuning import Tuned
     from rig.model.parameters import Model
     from rig.record import Record
 
 
-class Kind(StrEnum):
+class FeedForwardKind(StrEnum):
     """Where the feed-forward comes from."""
 
     NONE = "none"
@@ -43,7 +43,7 @@ class TrackOptions:
     model: Path | None = None
     augmented: Path | None = None
     """Model for the augmented feed-forward; None: `model`, which must hold effects then."""
-    kinds: tuple[Kind, ...] = (Kind.NONE,)
+    kinds: tuple[FeedForwardKind, ...] = (FeedForwardKind.NONE,)
 
 
 @dataclass(frozen=True)
@@ -52,8 +52,8 @@ class Tracked:
 
     file: Path
     reference: str
-    feedforward: Kind
-    score: "Score"
+    feedforward: FeedForwardKind
+    score: "TrackingScore"
     expected: "FeedForward | None"
     run: Mapping[str, Any]
     """Its line in the outcome."""
@@ -72,7 +72,7 @@ class Tracked:
 
 @dataclass(frozen=True)
 class _Planned:
-    kind: Kind
+    kind: FeedForwardKind
     plan: RunPlan
     expected: "FeedForward | None"
 
@@ -82,7 +82,7 @@ class _Planned:
 
 
 @dataclass(frozen=True)
-class Prepared:
+class PreparedTracking:
     """Everything before anything moves."""
 
     rig: RigConfig
@@ -94,7 +94,7 @@ class Prepared:
     attachments: Mapping[str, bytes]
 
 
-def prepare(options: TrackOptions, rig: RigConfig) -> Prepared:
+def prepare(options: TrackOptions, rig: RigConfig) -> PreparedTracking:
     """References, gains and feed-forwards; RigError, one line, when something does not fit or cannot be followed."""
     path = shipped.find_config(options.reference, "references")
     sweep = load_sweep(path)
@@ -113,10 +113,10 @@ def prepare(options: TrackOptions, rig: RigConfig) -> Prepared:
     runs = tuple(_with_feedforward(plans, models, options.kinds, rig))
     for one in runs:
         check_run(one.plan, rig.limits, rig.period_ns)
-    return Prepared(rig, runs, sweep.closed_loop, tuned, sweep.name, _attachments(path, options))
+    return PreparedTracking(rig, runs, sweep.closed_loop, tuned, sweep.name, _attachments(path, options))
 
 
-def follow(prepared: Prepared, options: runner.RunOptions) -> tuple[Outcome, list[Tracked]]:
+def follow(prepared: PreparedTracking, options: runner.RunOptions) -> tuple[RunOutcome, list[Tracked]]:
     """Carry the runs out and judge those that came to their end."""
     told = {"closed_loop": asdict(prepared.gains)}
     runs = [
@@ -150,19 +150,21 @@ def tune_for(model: "Model", rests_mpa: Sequence[float], period_ns: int, **margi
     return tuning.tune(plants, **{name: value for name, value in margins.items() if value is not None})
 
 
-def _models(options: TrackOptions) -> "dict[Kind, Model]":
+def _models(options: TrackOptions) -> "dict[FeedForwardKind, Model]":
     """The model of each feed-forward that there can be; ConfigError when one that is wanted lacks what it takes."""
     from rig.model.parameters import load_model
 
-    found: dict[Kind, Model] = {}
+    found: dict[FeedForwardKind, Model] = {}
     if options.model is not None:
         model = load_model(shipped.find_config(options.model, "models"))
-        found[Kind.MODEL] = replace(model, effects=[])
+        found[FeedForwardKind.MODEL] = replace(model, effects=[])
         if model.effects:
-            found[Kind.AUGMENTED] = model
+            found[FeedForwardKind.AUGMENTED] = model
     if options.augmented is not None:
-        found[Kind.AUGMENTED] = load_model(shipped.find_config(options.augmented, "models"))
-    if missing := next((kind for kind in options.kinds if kind is not Kind.NONE and kind not in found), None):
+        found[FeedForwardKind.AUGMENTED] = load_model(shipped.find_config(options.augmented, "models"))
+    if missing := next(
+        (kind for kind in options.kinds if kind is not FeedForwardKind.NONE and kind not in found), None
+    ):
         lacks = (
             "needs --model"
             if options.model is None
@@ -173,24 +175,27 @@ def _models(options: TrackOptions) -> "dict[Kind, Model]":
     return found
 
 
-def _any_model(models: "Mapping[Kind, Model]", path: Path) -> "Model":
+def _any_model(models: "Mapping[FeedForwardKind, Model]", path: Path) -> "Model":
     """The one that is most like the rig."""
-    best = models.get(Kind.AUGMENTED) or models.get(Kind.MODEL)
+    best = models.get(FeedForwardKind.AUGMENTED) or models.get(FeedForwardKind.MODEL)
     if best is None:
         raise ConfigError(f"{path}: closed_loop: gains are missing; give them, or --model to have them tuned")
     return best
 
 
 def _with_feedforward(
-    plans: Sequence[RunPlan], models: "Mapping[Kind, Model]", kinds: Sequence[Kind], rig: RigConfig
+    plans: Sequence[RunPlan],
+    models: "Mapping[FeedForwardKind, Model]",
+    kinds: Sequence[FeedForwardKind],
+    rig: RigConfig,
 ) -> Iterator[_Planned]:
     from rig.control.feedforward import Inverter, envelope_box
     from rig.control.plant import plant_of
 
-    inverters: dict[tuple[Kind, float], Inverter] = {}
+    inverters: dict[tuple[FeedForwardKind, float], Inverter] = {}
     for kind in kinds:
         for plan in plans:
-            if kind is Kind.NONE:
+            if kind is FeedForwardKind.NONE:
                 yield _Planned(kind, plan, None)
                 continue
             at = kind, plan.p0_mpa
@@ -207,7 +212,7 @@ def _attachments(path: Path, options: TrackOptions) -> dict[str, bytes]:
     return {"reference.yaml": path.read_bytes(), **read}
 
 
-def _judged(prepared: Prepared, outcome: Outcome) -> Iterator[Tracked]:
+def _judged(prepared: PreparedTracking, outcome: RunOutcome) -> Iterator[Tracked]:
     by_name = {one.name: one for one in prepared.runs}
     lines = {str(run["file"]): run for run in outcome.to_json()["runs"]}
     for result in outcome.runs:
@@ -218,7 +223,7 @@ def _judged(prepared: Prepared, outcome: Outcome) -> Iterator[Tracked]:
             )
 
 
-def score_of(file: Path) -> "Score":
+def score_of(file: Path) -> "TrackingScore":
     """How well the sweep in a record followed the reference that it holds."""
     from rig.control.score import score
 
@@ -247,7 +252,7 @@ def _followed(reference: Path) -> Sweep:
 def write_gains(reference: Path, gains: ClosedLoop, output: Path) -> None:
     """The reference's YAML with these gains in place of its own, its limits kept, and its tables found from where
     `output` lies; ConfigError when it is none."""
-    from rig.outputs import Kind as FileKind
+    from rig.outputs import OutputKind as FileKind
     from rig.outputs import write_text
 
     _followed(reference)

@@ -18,7 +18,7 @@ from rig.cli.gap.check_options import (
 )
 from rig.cli.gap.options import html_option, page_option, path_type, workers_option
 from rig.cli.outputs import Group, options_behind_the_step, output_option
-from rig.outputs import Kind
+from rig.outputs import OutputKind
 
 if TYPE_CHECKING:
     from rig.blind_check.folder import CheckFolder
@@ -28,7 +28,9 @@ if TYPE_CHECKING:
 @click.group(cls=Group, invoke_without_command=True, short_help="The blind check of the diagnosis.")
 @drawn_options
 @output_option(
-    Kind.FOLDER, "Folder of the check; one that is there is resumed. Default: a new one under logs/.", metavar="DIR"
+    OutputKind.FOLDER,
+    "Folder of the check; one that is there is resumed. Default: a new one under logs/.",
+    metavar="DIR",
 )
 @click.option("--keep", is_flag=True, help="Keep the questions' records after they are scored.")
 @experiments_option
@@ -178,7 +180,7 @@ def compare(first: Path, other: Path, html_to: Path | None, json_to: str | None)
 
     found = compared(CheckFolder(first), CheckFolder(other))
     if html_to is not None:
-        write_text(html_to, pairs_page(found), Kind.PAGE)
+        write_text(html_to, pairs_page(found), OutputKind.PAGE)
     console(json_to).print(pairs_table(found))
     emit(found.to_json(), json_to)
 

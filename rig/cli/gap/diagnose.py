@@ -9,7 +9,7 @@ from rig.app.terminal import console, listing, progress, styled
 from rig.cli.common import as_called, emit, json_option
 from rig.cli.gap.options import angle_alone_option, baseline_option, reference_option
 from rig.cli.outputs import Command, Output
-from rig.outputs import Kind
+from rig.outputs import OutputKind
 
 if TYPE_CHECKING:
     from rig.gap.answer.result import Diagnosis
@@ -39,26 +39,30 @@ _path = click.Path(path_type=Path)
 @click.option(
     "--html",
     "html_to",
-    type=Output(Kind.PAGE),
+    type=Output(OutputKind.PAGE),
     metavar="FILE",
     help="Write the report as one HTML page; with several days an overview, and beside it a page a day.",
 )
 @click.option(
     "--augmented-model",
     "augmented_to",
-    type=Output(Kind.MODEL),
+    type=Output(OutputKind.MODEL),
     metavar="FILE",
     help="Write the simulator with the causes.",
 )
 @click.option(
     "--retuned",
     "retuned_to",
-    type=Output(Kind.MODEL),
+    type=Output(OutputKind.MODEL),
     metavar="FILE",
     help="Write the simulator fitted again to these records.",
 )
 @click.option(
-    "--next-experiment", "next_to", type=Output(Kind.SWEEP), metavar="FILE", help="Write the recommended sweep, if any."
+    "--next-experiment",
+    "next_to",
+    type=Output(OutputKind.SWEEP),
+    metavar="FILE",
+    help="Write the recommended sweep, if any.",
 )
 @click.option(
     "--tracking",

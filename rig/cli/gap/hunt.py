@@ -10,11 +10,11 @@ from rig.cli.common import Number, emit, json_option
 from rig.cli.gap.options import baseline_option, reference_option
 from rig.cli.outputs import Command, output_option
 from rig.cli.service.daemon import socket_option
-from rig.outputs import Kind
+from rig.outputs import OutputKind
 from rig.report.shown_text import in_one_line
 
 if TYPE_CHECKING:
-    from rig.app.gap.hunt_folder import Step
+    from rig.app.gap.hunt_folder import HuntStep
     from rig.app.gap.hunting import Hunted
     from rig.service.client import Client
 
@@ -64,7 +64,7 @@ _path = click.Path(path_type=Path)
 )
 @socket_option
 @output_option(
-    Kind.FOLDER, "Folder of the hunt; one that is there goes on. Default: a new one under logs/.", metavar="DIR"
+    OutputKind.FOLDER, "Folder of the hunt; one that is there goes on. Default: a new one under logs/.", metavar="DIR"
 )
 @json_option
 def hunt(
@@ -108,14 +108,14 @@ def hunt(
         out.print(line)
     asks = not compose.is_simulated(rig) if confirm is None else confirm
 
-    def allowed(step: "Step") -> bool:
+    def allowed(step: "HuntStep") -> bool:
         out.print(f"next, {step.minutes:.1f} min: {step.why}")
         try:
             return not asks or click.confirm(in_one_line(f"Run {step.sweep} on {rig.name}?"), err=True)
         except click.Abort:  # Ctrl-C, or nobody to answer: what was learnt is told as of any other interruption
             raise KeyboardInterrupt from None
 
-    def report(step: "Step") -> None:
+    def report(step: "HuntStep") -> None:
         names = ", ".join(f"{name} {100 * chance:.0f} %" for name, chance in step.set)
         out.print(f"still possible: {names}")
 

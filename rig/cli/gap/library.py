@@ -8,11 +8,11 @@ from rig.app.terminal import console, listing, progress
 from rig.cli.common import emit, family_option, json_option, left_out_option
 from rig.cli.gap.options import workers_option
 from rig.cli.outputs import Command, output_option
-from rig.outputs import Kind
+from rig.outputs import OutputKind
 
 
 @click.command(cls=Command, short_help="Fit the priors of the method on simulated plants.")
-@output_option(Kind.LEVELS, "Where the fitted levels go.", required=True, metavar="FILE")
+@output_option(OutputKind.LEVELS, "Where the fitted levels go.", required=True, metavar="FILE")
 @family_option("Plant families to fit on; default: all but those that judge. Repeatable.")
 @left_out_option("Families to leave out, to be judged by the levels. Repeatable.")
 @click.option("--units", type=click.IntRange(2, 200), default=10, show_default=True, help="Rigs of each family.")
@@ -29,10 +29,10 @@ def calibrate(
     The file takes the place of rig/gap/priors.yaml once a blind check on other seeds and families has shown that it is
     better.
     """
-    from rig.app.gap.levels import STEPS, Plan, calibrate, known_families, write
+    from rig.app.gap.levels import STEPS, FittingPlan, calibrate, known_families, write
     from rig.config import unstructure
 
-    plan = Plan(known_families(families, left_out), units, seed, workers)
+    plan = FittingPlan(known_families(families, left_out), units, seed, workers)
     total = STEPS * units * len(plan.families)
     with progress("fitting", total) as update:
         found = calibrate(plan, lambda done: update(done, f"{done} of {total}"))

@@ -9,7 +9,7 @@ import click
 
 from rig.cli.common import F, family_option
 from rig.cli.outputs import FORMERLY_OUTPUT, Output, Renamed
-from rig.outputs import Kind
+from rig.outputs import OutputKind
 
 _AS_DIAGNOSED: Final = "What stands for the rig without a gap, as in `pamrig gap diagnose`."
 
@@ -18,9 +18,9 @@ path_type = click.Path(path_type=Path, resolve_path=True)
 """Made absolute here: whoever answers works in another folder than the caller."""
 families_option = family_option("Plants of this family only. Repeatable.")
 _HTML: Final = "Write the page to FILE; a .md gets its tables."
-html_option = click.option("--html", "html_to", type=Output(Kind.PAGE), metavar="FILE", help=_HTML)
+html_option = click.option("--html", "html_to", type=Output(OutputKind.PAGE), metavar="FILE", help=_HTML)
 page_option = click.option(
-    "--html", "html_to", cls=Renamed, former=FORMERLY_OUTPUT, type=Output(Kind.PAGE), metavar="FILE", help=_HTML
+    "--html", "html_to", cls=Renamed, former=FORMERLY_OUTPUT, type=Output(OutputKind.PAGE), metavar="FILE", help=_HTML
 )
 """The same, where `-o` is still understood."""
 

@@ -9,7 +9,7 @@ from rig.app.terminal import console, listing, progress
 from rig.cli.common import Number, emit, family_option, json_option, model_option
 from rig.cli.gap.options import baseline_option, reference_option
 from rig.cli.outputs import FORMERLY_OUTPUT, Command, figure_option, output_option
-from rig.outputs import Kind
+from rig.outputs import OutputKind
 
 if TYPE_CHECKING:
     from rig.channels import Channels
@@ -113,7 +113,7 @@ def _show(name: str, one: "Capability", channels: "Channels", json_to: str | Non
 @family_option(
     "Design for units of this plant family as well. Repeatable.  [default: all but those that judge]", none=True
 )
-@output_option(Kind.SWEEP, "Where the sweep goes.", required=True, metavar="SWEEP.yaml")
+@output_option(OutputKind.SWEEP, "Where the sweep goes.", required=True, metavar="SWEEP.yaml")
 @json_option
 def design(
     model: Path,
@@ -140,7 +140,7 @@ def design(
             families,
             update,
         )
-    write_text(output, found.text(output.stem), Kind.SWEEP)
+    write_text(output, found.text(output.stem), OutputKind.SWEEP)
     power, default = found.design.power, found.default
     out = console(json_to)
     for line in compared_with(baselines, model, every=every_day):

@@ -10,7 +10,7 @@ from rig.app.terminal import console
 from rig.cli.common import emit, json_option, left_out_option
 from rig.cli.gap.options import families_option, html_option, page_option, path_type, workers_option
 from rig.cli.outputs import Group, output_option
-from rig.outputs import Kind
+from rig.outputs import OutputKind
 
 
 @click.group(cls=Group, short_help="Studies of the diagnosis itself, for who builds on it.")
@@ -55,7 +55,7 @@ def sizes(
     asked = f"Written by `pamrig gap study sizes` on {date.today().isoformat()}: {units} unit(s) of {', '.join(known)}."
     page = sizes_page(rows_of(found), reference, asked)
     if html_to is not None:
-        write_text(html_to, page, Kind.PAGE)
+        write_text(html_to, page, OutputKind.PAGE)
     console(json_to).print(page)
     emit({"reference": reference, "found": [asdict(one) for one in found]}, json_to)
 
@@ -112,13 +112,13 @@ def sensitivity(
     from rig.app.terminal import progress
     from rig.outputs import write_text
 
-    asked = numbers.Asked(known_families(families), seed, cases)
+    asked = numbers.DevelopmentCases(known_families(families), seed, cases)
     total = len(numbers.FACTORS) * len(numbers.numbers())
     with progress("numbers", total) as update:
         base, moved = numbers.sensitivity(asked, workers, lambda done: update(done, f"{done} of {total}"))
     page = as_markdown(asked, base, moved, numbers.deciding())
     if html_to is not None:
-        write_text(html_to, page, Kind.PAGE)
+        write_text(html_to, page, OutputKind.PAGE)
     console(json_to).print(page, markup=False)
     emit(
         {"cases": len(base), "right": sum(one.right for one in base), "moved": [asdict(one) for one in moved]}, json_to
@@ -136,7 +136,7 @@ def _fitted_on_checks(command: Callable[..., None]) -> Callable[..., None]:
             help="Levels to go on from, in place of the shipped ones.",
         ),
         left_out_option("Families whose cases do not count. Repeatable."),
-        output_option(Kind.LEVELS, "Where the levels go.", required=True, metavar="FILE.yaml"),
+        output_option(OutputKind.LEVELS, "Where the levels go.", required=True, metavar="FILE.yaml"),
         json_option,
     )
     for option in reversed(options):

@@ -11,7 +11,7 @@ import click
 from rig.app.terminal import console
 from rig.cli.common import Number, emit, json_option
 from rig.cli.outputs import Command, Output, output_option
-from rig.outputs import Kind
+from rig.outputs import OutputKind
 
 if TYPE_CHECKING:
     from rig.identify.fit import Identified
@@ -54,7 +54,7 @@ def _shared(command: Any) -> Any:
             type=Number(0.1),
             help="Ignore each record after so many seconds.",
         ),
-        click.option("--figures", type=Output(Kind.FOLDER), metavar="DIR", help="Folder for figures and tables."),
+        click.option("--figures", type=Output(OutputKind.FOLDER), metavar="DIR", help="Folder for figures and tables."),
         json_option,
     )
     for option in reversed(options):  # the last one applied stands first in the help
@@ -64,7 +64,7 @@ def _shared(command: Any) -> Any:
 
 @click.command(cls=Command)
 @_LOGS
-@output_option(Kind.MODEL, "Where the model goes.", required=True, metavar="MODEL.yaml")
+@output_option(OutputKind.MODEL, "Where the model goes.", required=True, metavar="MODEL.yaml")
 @click.option(
     "--kind",
     type=click.Choice(["mbw", "bw", "bw_continuous"]),

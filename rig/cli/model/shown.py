@@ -13,7 +13,7 @@ from rig.config import unstructure
 from rig.identify.fit import Identified
 from rig.identify.records.data import Options, prepare
 from rig.identify.search.objective import predict
-from rig.identify.search.stability import Verdict
+from rig.identify.search.stability import StabilityVerdict
 from rig.identify.validate import Score, Validation
 from rig.model.fingerprint import Fingerprint, PressureSource
 from rig.model.parameters import Model
@@ -151,7 +151,7 @@ def show_identified(found: Identified, terminal: Console) -> None:
     _warn(map(say, found.warnings), terminal)
 
 
-def _largest(verdict: Verdict, model: Model) -> str:
+def _largest(verdict: StabilityVerdict, model: Model) -> str:
     """How far the output goes, and under what: an angle from rest, or from the middle of the range of a rig with a
     channel map."""
     own = model.own_channels

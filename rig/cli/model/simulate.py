@@ -7,7 +7,7 @@ import click
 from rig.app.terminal import console
 from rig.cli.common import emit, family_option, json_option
 from rig.cli.outputs import Command, figure_option, output_option
-from rig.outputs import Kind
+from rig.outputs import OutputKind
 
 
 @click.command(cls=Command)
@@ -27,7 +27,9 @@ from rig.outputs import Kind
     type=click.IntRange(0),
     help="The day on that rig; it drifts a little from day to day.",
 )
-@output_option(Kind.RECORDING, "File, or a folder for several records.", or_folder=True, required=True, metavar="OUT")
+@output_option(
+    OutputKind.RECORDING, "File, or a folder for several records.", or_folder=True, required=True, metavar="OUT"
+)
 @click.option(
     "--input",
     "drive",

@@ -8,7 +8,7 @@ import click
 from rig.app.terminal import console, listing, progress, styled
 from rig.cli.common import Number, emit, json_option
 from rig.cli.outputs import Command, output_option
-from rig.outputs import Kind
+from rig.outputs import OutputKind
 
 if TYPE_CHECKING:
     from rig.qualify.faults.trial import Finding
@@ -28,7 +28,7 @@ BENCH_NAMES = (
 @click.option("--closed-loop", is_flag=True, help="While the rig follows an angle in closed loop.")
 @click.option("--soak", "soak_hours", type=Number(0.01, 1000), help="Instead: so many hours of sweeps in virtual time.")
 @click.option("--real", is_flag=True, help="With --soak: in real time, with a witness for stalls of the machine.")
-@output_option(Kind.FOLDER, "With --soak: new folder for the records; default: temporary.", metavar="DIR")
+@output_option(OutputKind.FOLDER, "With --soak: new folder for the records; default: temporary.", metavar="DIR")
 @click.option(
     "--together", type=click.IntRange(1, 100_000), help="Instead: so many random losses of 2 or 3 processes at once."
 )

@@ -7,7 +7,7 @@ import click
 from rig.app.terminal import console
 from rig.cli.common import Number, emit, json_option
 from rig.cli.outputs import Command, figure_option, output_option
-from rig.outputs import Kind
+from rig.outputs import OutputKind
 
 
 @click.command(cls=Command)
@@ -27,7 +27,7 @@ from rig.outputs import Kind
     help="Rig to replay on; default: the simulated rig.",
 )
 @output_option(
-    Kind.RECORDING, "OUT.mcap, or a folder; default: a new folder under logs/.", or_folder=True, metavar="OUT"
+    OutputKind.RECORDING, "OUT.mcap, or a folder; default: a new folder under logs/.", or_folder=True, metavar="OUT"
 )
 @click.option(
     "--clock", type=click.Choice(["real", "virtual"]), help="Default: virtual on a simulated rig, real on a real one."

@@ -6,7 +6,7 @@ import click
 
 from rig.cli.common import emit, json_option
 from rig.cli.outputs import Command, output_option
-from rig.outputs import Kind
+from rig.outputs import OutputKind
 from rig.report.shown_text import in_lines
 
 
@@ -19,7 +19,7 @@ from rig.report.shown_text import in_lines
     metavar="RIG.yaml",
     help="Rig to run on; default: the simulated rig.",
 )
-@output_option(Kind.FOLDER, "Folder for the records; default: a new one under logs/.", metavar="DIR")
+@output_option(OutputKind.FOLDER, "Folder for the records; default: a new one under logs/.", metavar="DIR")
 @click.option(
     "--clock",
     type=click.Choice(["real", "virtual"]),

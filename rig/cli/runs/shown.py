@@ -2,11 +2,11 @@
 
 import math
 
-from rig.app.runs.outcome import Outcome
+from rig.app.runs.outcome import RunOutcome
 from rig.app.terminal import console, listing, styled
 
 
-def summary(outcome: Outcome, json_to: str | None) -> None:
+def summary(outcome: RunOutcome, json_to: str | None) -> None:
     """The table at the end: one row a run."""
     table = listing("record", "ticks", "missed", "dropped", "late p50/p99/max us", "valid")
     for run in outcome.runs:

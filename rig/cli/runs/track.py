@@ -8,11 +8,11 @@ import click
 from rig.app.terminal import console, listing
 from rig.cli.common import Number, emit, json_option, model_option
 from rig.cli.outputs import Command, Renamed, figure_option, output_option, told_at_the_end
-from rig.outputs import Kind
+from rig.outputs import OutputKind
 from rig.report.shown_text import in_lines
 
 if TYPE_CHECKING:
-    from rig.app.runs.tracking import Prepared, Tracked
+    from rig.app.runs.tracking import PreparedTracking, Tracked
     from rig.control.tuning import Tuned
 
 _path = click.Path(path_type=Path)
@@ -37,7 +37,7 @@ _path = click.Path(path_type=Path)
     help="What goes before the feedback: nothing (none), the inverse of MODEL without added effects (model), or with "
     "them (augmented). Repeat to compare. Default: model where one is given, else none.",
 )
-@output_option(Kind.FOLDER, "Folder for the records; default: a new one under logs/.", metavar="DIR")
+@output_option(OutputKind.FOLDER, "Folder for the records; default: a new one under logs/.", metavar="DIR")
 @figure_option("PNG, SVG or PDF: angle, reference, error and command.")
 @click.option(
     "--clock", type=click.Choice(["real", "virtual"]), default="real", show_default=True,
@@ -79,7 +79,7 @@ def track(
     for line in inventory.warnings(rig):
         click.echo(f"pamrig: warning: {in_lines(line)}", err=True)
     chosen = kinds or (("model",) if any(models.values()) else ("none",))
-    options = tracking.TrackOptions(reference, kinds=tuple(tracking.Kind(kind) for kind in chosen), **models)
+    options = tracking.TrackOptions(reference, kinds=tuple(tracking.FeedForwardKind(kind) for kind in chosen), **models)
     with progress("computing the feed-forward", None):
         prepared = tracking.prepare(options, rig)
     _tell_gains(prepared, json_to)
@@ -139,7 +139,7 @@ def track(
     metavar="REFERENCE.yaml",
     help="A reference of `pamrig track` whose gains are to be replaced; needs -o.",
 )
-@output_option(Kind.SWEEP, "With --tracking: the same with these gains.", metavar="FILE")
+@output_option(OutputKind.SWEEP, "With --tracking: the same with these gains.", metavar="FILE")
 @json_option
 def tune(
     model: Path,
@@ -179,13 +179,13 @@ def tuned_json(found: "Tuned") -> dict[str, Any]:
     return {"closed_loop": asdict(found.gains), "margins": asdict(found.nominal), "margins_off": asdict(found.worst)}
 
 
-def _gains(prepared: "Prepared") -> dict[str, Any]:
+def _gains(prepared: "PreparedTracking") -> dict[str, Any]:
     from dataclasses import asdict
 
     return asdict(prepared.gains) if prepared.tuned is None else tuned_json(prepared.tuned)
 
 
-def _tell_gains(prepared: "Prepared", json_to: str | None) -> None:
+def _tell_gains(prepared: "PreparedTracking", json_to: str | None) -> None:
     if prepared.tuned is not None:
         console(json_to).print("no closed_loop in the reference: gains from the model")
         _tell_tuned(prepared.tuned, json_to)

@@ -218,7 +218,7 @@ class RecordGap:
 
 
 @dataclass(frozen=True)
-class Tracking:
+class FeedForwardResidual:
     """What a feed-forward would leave of the records' movements without and with the causes in it, rms."""
 
     before_deg: float
@@ -241,7 +241,7 @@ class Evidence:
     pairing: Sequence[Match] = ()
     said: Mapping[str, str] = field(default_factory=dict)
     """Tags and notes of the records."""
-    tracking: Tracking | None = None
+    tracking: FeedForwardResidual | None = None
     """Where it was asked for."""
 
     def to_json(self) -> dict[str, Any]:

@@ -36,8 +36,7 @@ from rig.gap.settings import (
     Odds,
     Prior,
 )
-from rig.identify.response.descent import Fit as Descent
-from rig.identify.response.descent import descend
+from rig.identify.response.descent import Descent, descend
 from rig.model.effect_stages import EFFECT_STAGES
 from rig.model.response.model import ResponseModel
 from rig.record import Column

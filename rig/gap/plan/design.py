@@ -12,7 +12,7 @@ from rig.gap.plan.candidates import lasts_s, planned
 from rig.gap.plan.capability import by_effect, first_of_each, named_separation, seen_separation
 from rig.gap.plan.directions import Direction, columns, usual_directions
 from rig.gap.plan.information import Information, inform, separations
-from rig.gap.plan.rehearse import Rig, factors_of, rehearse
+from rig.gap.plan.rehearse import RehearsedRig, factors_of, rehearse
 from rig.gap.settings import Fitted, Odds, Prior
 from rig.parallel import each, executor
 from rig.record import Column
@@ -53,7 +53,7 @@ class Design:
 
 
 def design(
-    rigs: Sequence[Rig],
+    rigs: Sequence[RehearsedRig],
     pool: Sequence[Entry],
     seconds: float,
     effects: Sequence[Effect],
@@ -75,7 +75,7 @@ def design(
 
 
 def appraise(
-    rigs: Sequence[Rig], entries: Sequence[Entry], effects: Sequence[Effect], settings: Fitted
+    rigs: Sequence[RehearsedRig], entries: Sequence[Entry], effects: Sequence[Effect], settings: Fitted
 ) -> DetectionPower:
     """What a session that there is would tell."""
     return power_of([_known(rig, entries, effects, settings) for rig in rigs], range(len(entries)))
@@ -97,7 +97,7 @@ class _Known:
 
 
 def _all_known(
-    rigs: Sequence[Rig],
+    rigs: Sequence[RehearsedRig],
     pool: Sequence[Entry],
     effects: Sequence[Effect],
     settings: Fitted,
@@ -115,13 +115,13 @@ def _all_known(
 
 
 def _numbered(
-    rig: tuple[int, Rig], pool: Sequence[Entry], effects: Sequence[Effect], settings: Fitted
+    rig: tuple[int, RehearsedRig], pool: Sequence[Entry], effects: Sequence[Effect], settings: Fitted
 ) -> tuple[int, _Known]:
     """Beside each other the rigs come back in any order."""
     return rig[0], _known(rig[1], pool, effects, settings)
 
 
-def _known(rig: Rig, pool: Sequence[Entry], effects: Sequence[Effect], settings: Fitted) -> _Known:
+def _known(rig: RehearsedRig, pool: Sequence[Entry], effects: Sequence[Effect], settings: Fitted) -> _Known:
     fitting = [effect for effect in effects if not effect.signature]
     factors: list[Information] = []
     owners: list[tuple[str, ...]] = []

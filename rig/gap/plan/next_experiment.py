@@ -20,7 +20,7 @@ from rig.gap.hypotheses.scenes import Stand
 from rig.gap.plan.candidates import Room, candidates, lasts_s, planned, room_within
 from rig.gap.plan.experiment import Experiment
 from rig.gap.plan.information import Information, inform
-from rig.gap.plan.rehearse import Rig, factors_of, known_rig, rehearse, within
+from rig.gap.plan.rehearse import RehearsedRig, factors_of, known_rig, rehearse, within
 from rig.gap.reference.build import Expected
 from rig.gap.response.propagate import Applied
 from rig.gap.settings import Fitted, fitted
@@ -108,7 +108,7 @@ def what_next(
 
 def next_experiment(
     hypotheses: Sequence[Hypothesis],
-    rig: Rig,
+    rig: RehearsedRig,
     room: Room,
     settings: Fitted,
     seconds: float = TIME_S,

@@ -36,7 +36,7 @@ class Noise:
 
 
 @dataclass(frozen=True)
-class Rig:
+class RehearsedRig:
     """What is known of a rig before a record is made."""
 
     response: ResponseModel
@@ -63,7 +63,7 @@ class Rig:
         return round(self.grid_s * 1e9)
 
 
-def rehearse(rig: Rig, plans: Sequence[RunPlan], seed: int = 0) -> Expected:
+def rehearse(rig: RehearsedRig, plans: Sequence[RunPlan], seed: int = 0) -> Expected:
     """The reference brought to records that answer exactly as it expects, but for noise; plans on the rig's
     grid."""
     draw = np.random.default_rng(seed)
@@ -102,7 +102,7 @@ def _simulated_within(simulator: Model, commands: Record, least_deg: float, most
     return angle is not None and least_deg <= float(angle.min()) and float(angle.max()) <= most_deg
 
 
-def _expected_pair(rig: Rig, plan: RunPlan, draw: np.random.Generator) -> Pair:
+def _expected_pair(rig: RehearsedRig, plan: RunPlan, draw: np.random.Generator) -> Pair:
     dp = np.asarray(plan.dp_mpa, dtype=np.float64)
     dt_s = rig.grid_s
     t = np.arange(len(dp), dtype=np.float64) * dt_s
@@ -119,11 +119,11 @@ def _expected_pair(rig: Rig, plan: RunPlan, draw: np.random.Generator) -> Pair:
     return Pair(plan.name, dt_s, t, u1, u2, case, (), np.ones_like(t), raw, (), t)
 
 
-def known_rig(expected: Expected) -> Rig:
+def known_rig(expected: Expected) -> RehearsedRig:
     """The rig of records that there are, as their reference knows it."""
     if expected.beside_records:
         return known_by(expected.response, expected.contexts, pressures=expected.driven)
-    rig = Rig(
+    rig = RehearsedRig(
         expected.response,
         expected.levels,
         expected.driven,
@@ -137,7 +137,7 @@ def known_rig(expected: Expected) -> Rig:
     return as_steady_as(rig, expected.contexts)
 
 
-def known_by(response: ResponseModel, days: Sequence[RecordContext], *, pressures: bool) -> Rig:
+def known_by(response: ResponseModel, days: Sequence[RecordContext], *, pressures: bool) -> RehearsedRig:
     """The rig of earlier days: records of another kind are known as surely as by a fingerprint of them, and that misses
     its own days."""
     pairs = [context.pair for context in days]
@@ -146,7 +146,7 @@ def known_by(response: ResponseModel, days: Sequence[RecordContext], *, pressure
         rms_of([context.reference.p1_mpa - context.regulated[0] for context in days], pairs),
         rms_of([context.reference.p2_mpa - context.regulated[1] for context in days], pairs),
     ]
-    rig = Rig(
+    rig = RehearsedRig(
         response,
         Kind.FINGERPRINT.value,
         pressures,
@@ -159,7 +159,7 @@ def known_by(response: ResponseModel, days: Sequence[RecordContext], *, pressure
     return as_steady_as(rig, days)
 
 
-def as_steady_as(rig: Rig, contexts: Sequence[RecordContext]) -> Rig:
+def as_steady_as(rig: RehearsedRig, contexts: Sequence[RecordContext]) -> RehearsedRig:
     """The same that repeats itself as closely as it does in these records."""
     of_angle = partial(angle_days, response=rig.response, driven=rig.pressures)
     anew_mpa = of_contexts(contexts, pressure_days).rms if rig.pressures else 0.0

@@ -12,7 +12,7 @@ from rig.record import Record
 
 
 @dataclass(frozen=True)
-class Difference:
+class ConditionDifference:
     """A condition in which two records differ."""
 
     name: str
@@ -29,7 +29,7 @@ class Difference:
         return f"{self.name} is {self.mine:.4g}, not {self.other:.4g} (allowed: {self.limit:.2g} off)"
 
 
-def difference(record: Record, other: Record) -> Difference | None:
+def difference(record: Record, other: Record) -> ConditionDifference | None:
     """The first condition in which the two differ by more than it may; None when they agree in all that both say, and
     in P0 where one says it and the other measured it."""
     mine, theirs = conditions(record), conditions(other)
@@ -37,15 +37,15 @@ def difference(record: Record, other: Record) -> Difference | None:
         one, two = mine[name], theirs[name]
         if isinstance(one, str) or isinstance(two, str):
             if str(one) != str(two):
-                return Difference(name, one, two, 0.0)
+                return ConditionDifference(name, one, two, 0.0)
             continue
         limit = _limit(name, max(abs(one), abs(two)), record)
         if abs(one - two) > limit:
-            return Difference(name, one, two, limit)
+            return ConditionDifference(name, one, two, limit)
     return _other_rest(record, other)
 
 
-def _other_rest(record: Record, other: Record) -> Difference | None:
+def _other_rest(record: Record, other: Record) -> ConditionDifference | None:
     """Where only one of two records says its P0, the other's measured one must not be far from it; nor may the
     pressures that both measured be near each other, which is how a shift of both looks."""
     said = [commanded_rest(each) for each in (record, other)]
@@ -55,7 +55,7 @@ def _other_rest(record: Record, other: Record) -> Difference | None:
     mine, theirs = (told if told is not None else read for told, read in zip(said, seen, strict=True))
     if mine is None or theirs is None or min(abs(mine - theirs), abs(seen[0] - seen[1])) <= SHIFTED_MPA:
         return None
-    return Difference("p0_mpa", mine, theirs, SHIFTED_MPA)
+    return ConditionDifference("p0_mpa", mine, theirs, SHIFTED_MPA)
 
 
 def _limit(name: str, size: float, record: Record) -> float:

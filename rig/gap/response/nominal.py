@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from rig.gap.records.pairs import Pair
-from rig.identify.response.response_fit import Drive, Line, fit_regulator, fit_response
+from rig.identify.response.response_fit import Drive, RegulatorRecord, fit_regulator, fit_response
 from rig.model.compiled.response import regulated
 from rig.model.parameters import Model
 from rig.model.response.model import Regulator, ResponseModel, regulators_of
@@ -41,8 +41,8 @@ def fit_regulators(pairs: Sequence[Pair], measured: Sequence[tuple[Column, Colum
     """Dead time, fill and exhaust time constants of both valves from set-points and measured pressures."""
     both = list(zip(pairs, measured, strict=True))
     return (
-        fit_regulator([Line(pair.dt_s, pair.u1_mpa, pressures[0], pair.used) for pair, pressures in both]),
-        fit_regulator([Line(pair.dt_s, pair.u2_mpa, pressures[1], pair.used) for pair, pressures in both]),
+        fit_regulator([RegulatorRecord(pair.dt_s, pair.u1_mpa, pressures[0], pair.used) for pair, pressures in both]),
+        fit_regulator([RegulatorRecord(pair.dt_s, pair.u2_mpa, pressures[1], pair.used) for pair, pressures in both]),
     )
 
 

@@ -42,7 +42,7 @@ def normal(
 
 
 @dataclass(frozen=True)
-class Fit:
+class Descent:
     """Where a descent ended."""
 
     x: Column
@@ -54,7 +54,7 @@ class Fit:
     parameters held at a bound."""
 
 
-def descend(residual: Callable[[Column], Column], start: Column, low: Column, high: Column, steps: int = 8) -> Fit:
+def descend(residual: Callable[[Column], Column], start: Column, low: Column, high: Column, steps: int = 8) -> Descent:
     """Minimise the sum of squares of `residual(x)` within low..high from `start` (all of shape (k,))."""
     x = np.clip(start, low, high)
     now = residual(x)
@@ -82,7 +82,7 @@ def descend(residual: Callable[[Column], Column], start: Column, low: Column, hi
         if gained < STANDS:  # the slopes of where it came from are those of where it is
             break
         slopes = _slopes(residual, x, now, low, high)
-    return Fit(x, cost, now, slopes)
+    return Descent(x, cost, now, slopes)
 
 
 def _stepped(gram: Column, pull: Column, x: Column, low: Column, high: Column) -> Column:

@@ -15,7 +15,7 @@ from rig.identify.response.response_fit import (
     GRID_S,
     SMOOTHING_S,
     Drive,
-    Line,
+    RegulatorRecord,
     bank_sums,
     corrected_misfit_mpa,
     fit_correction,
@@ -49,7 +49,7 @@ DIGITS = 9
 class _Gridded:
     """One record on the grid: each valve's command and pressure, and what drives the muscles."""
 
-    lines: tuple[Line, Line]
+    lines: tuple[RegulatorRecord, RegulatorRecord]
     drive: Drive
 
 
@@ -157,7 +157,7 @@ def _seen_part(made: Fingerprint, records: Sequence[_Gridded], data: Sequence[Pr
     )
 
 
-def _lines(records: Sequence[_Gridded], valve: int) -> list[Line]:
+def _lines(records: Sequence[_Gridded], valve: int) -> list[RegulatorRecord]:
     return [record.lines[valve] for record in records]
 
 
@@ -176,7 +176,7 @@ def left_out_deg(records: Sequence[Drive], p0_mpa: float, exponent: float) -> fl
     return float(np.sqrt(missed / max(rows, 1.0)))
 
 
-def proven_correction(lines: Sequence[Line], regulator: Regulator, p0_mpa: float) -> Column:
+def proven_correction(lines: Sequence[RegulatorRecord], regulator: Regulator, p0_mpa: float) -> Column:
     """(REGULATOR_TERMS,) what the monitor shows beside the regulator where that predicts records that the fit has not
     seen; nought where it does not, or where there are too few records to know."""
     if len(lines) < LEAST_RECORDS:
@@ -185,7 +185,7 @@ def proven_correction(lines: Sequence[Line], regulator: Regulator, p0_mpa: float
     return fit_correction(lines, regulator, p0_mpa) if proven else np.zeros(REGULATOR_TERMS)
 
 
-def left_out_mpa(lines: Sequence[Line], regulator: Regulator, p0_mpa: float, corrected: bool) -> float:
+def left_out_mpa(lines: Sequence[RegulatorRecord], regulator: Regulator, p0_mpa: float, corrected: bool) -> float:
     """Rms (MPa) of a regulator, with its correction or without, on each record when it is fitted to the others, from
     what all of them gave."""
     missed = []
@@ -212,7 +212,7 @@ def _gridded(each: Prepared, p0_mpa: float, given: tuple[Regulator, Regulator] |
         ]
     else:
         pressures = [regulated(command, *valve, grid_s) for command, valve in zip(commands, given, strict=True)]
-    first, second = (Line(grid_s, u, p, used) for u, p in zip(commands, pressures, strict=True))
+    first, second = (RegulatorRecord(grid_s, u, p, used) for u, p in zip(commands, pressures, strict=True))
     angle = _smooth(each.angle_deg, dt_s)[::stride].copy()
     return _Gridded((first, second), Drive(grid_s, pressures[0], pressures[1], angle, used))
 

@@ -54,7 +54,7 @@ class Drive:
 
 
 @dataclass(frozen=True, eq=False)
-class Line:
+class RegulatorRecord:
     """One record of one regulator on a regular grid; columns (n,)."""
 
     dt_s: float
@@ -63,7 +63,9 @@ class Line:
     used: Column
 
 
-def fit_regulator(lines: Sequence[Line], starts: Sequence[Regulator] = REGULATOR_STARTS, steps: int = 8) -> Regulator:
+def fit_regulator(
+    lines: Sequence[RegulatorRecord], starts: Sequence[Regulator] = REGULATOR_STARTS, steps: int = 8
+) -> Regulator:
     """Dead time, fill and exhaust time constant of a regulator from set-points and measured pressures."""
 
     def residual(x: Column) -> Column:
@@ -74,7 +76,7 @@ def fit_regulator(lines: Sequence[Line], starts: Sequence[Regulator] = REGULATOR
     return float(dead), float(fill), float(exhaust)
 
 
-def _missed(line: Line, regulator: Sequence[float] | Column) -> Column:
+def _missed(line: RegulatorRecord, regulator: Sequence[float] | Column) -> Column:
     """What a regulator leaves of its pressure, MPa, apart from an offset; 0 in rows that do not count."""
     said = regulated(line.command_mpa, regulator[0], regulator[1], regulator[2], line.dt_s)
     return _without_offset(line.pressure_mpa - said, line.used)
@@ -85,7 +87,7 @@ def _without_offset(column: Column, used: Column) -> Column:
     return np.asarray((column - np.sum(column * used) / max(float(np.sum(used)), 1.0)) * used)
 
 
-def fit_correction(lines: Sequence[Line], regulator: Regulator, p0_mpa: float) -> Column:
+def fit_correction(lines: Sequence[RegulatorRecord], regulator: Regulator, p0_mpa: float) -> Column:
     """(REGULATOR_TERMS,) ridge weights of what a regulator leaves of its pressure."""
     blocks = [_correction_rows(line, regulator, p0_mpa) for line in lines]
     terms, left = np.concatenate([rows for rows, _ in blocks]), np.concatenate([column for _, column in blocks])
@@ -96,21 +98,23 @@ def fit_correction(lines: Sequence[Line], regulator: Regulator, p0_mpa: float) -
     return weights
 
 
-def _correction_rows(line: Line, regulator: Regulator, p0_mpa: float) -> tuple[Column, Column]:
+def _correction_rows(line: RegulatorRecord, regulator: Regulator, p0_mpa: float) -> tuple[Column, Column]:
     """Terms (n, REGULATOR_TERMS) and what they are to explain (n,), nought in rows that do not count."""
     said = regulated(line.command_mpa, *regulator, line.dt_s)
     terms = regulator_terms(said, p0_mpa, line.dt_s) * line.used[:, None]
     return terms, (line.pressure_mpa - said) * line.used
 
 
-def corrected_misfit_mpa(lines: Sequence[Line], regulator: Regulator, correction: Column, p0_mpa: float) -> float:
+def corrected_misfit_mpa(
+    lines: Sequence[RegulatorRecord], regulator: Regulator, correction: Column, p0_mpa: float
+) -> float:
     """Rms (MPa) that a regulator with its correction (REGULATOR_TERMS,) leaves of records, their offsets aside."""
     rows = [_correction_rows(line, regulator, p0_mpa) for line in lines]
     left = [column - terms @ correction for terms, column in rows]
     return _rms_used([_without_offset(column, line.used) for column, line in zip(left, lines, strict=True)], lines)
 
 
-def _rms_used(columns: Sequence[Column], lines: Sequence[Line]) -> float:
+def _rms_used(columns: Sequence[Column], lines: Sequence[RegulatorRecord]) -> float:
     return rms(np.concatenate(columns), np.concatenate([line.used for line in lines]))
 
 

@@ -30,7 +30,7 @@ def slopes(residuals: Callable[[Table], Table], at: Table) -> Table:
 
 
 @dataclass(frozen=True)
-class Place:
+class FreeParameter:
     """One free parameter."""
 
     slot: str
@@ -44,7 +44,7 @@ class Space:
     def __init__(self, model: Model) -> None:
         self._model = model
         self.places = [
-            Place(slot, name, parameter)
+            FreeParameter(slot, name, parameter)
             for slot, stage in model.stages().items()
             for name, parameter in stage.parameters.items()
             if parameter.free

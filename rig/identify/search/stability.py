@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from rig.errors import ModelError
 from rig.excite.signals import MIXED_PARTS, Mixed, Signal, Sine, Triangle, sampled
-from rig.model.compiled.swarm import Inputs, lay_inputs, swarm_peaks
+from rig.model.compiled.swarm import SwarmInputs, lay_inputs, swarm_peaks
 from rig.model.external.simulator import KIND as EXTERNAL
 from rig.model.parameters import Input, Model
 from rig.model.simulation import simulate
@@ -32,7 +32,7 @@ class SweepRange:
 
 
 @dataclass(frozen=True)
-class Verdict:
+class StabilityVerdict:
     """What the dense check says."""
 
     bounded: bool
@@ -109,7 +109,7 @@ class StabilityTerm:
         beyond = [max(float(np.max(np.abs(column))) / sweep.amplitude_mpa, 1.0) for column in dp]
         self._limits_deg = limit_deg * np.array(beyond)[:, None]
         u = [column / muscle.value("u_unit_mpa") for column in dp]
-        self._inputs: Inputs = lay_inputs(
+        self._inputs: SwarmInputs = lay_inputs(
             u, [np.zeros(len(column)) for column in u], muscle.value("theta_divisor_s"), [1] * len(u)
         )
 
@@ -123,7 +123,7 @@ class StabilityTerm:
         return np.asarray(np.log(np.maximum(peaks / self._limits_deg, 1.0)))
 
 
-def check_bounded(model: Model, sweep: SweepRange, limit_deg: float) -> Verdict:
+def check_bounded(model: Model, sweep: SweepRange, limit_deg: float) -> StabilityVerdict:
     """Run the whole chain from the command over the dense set; bounded means |angle| within `limit_deg` throughout."""
     worst, peak, failing = "", 0.0, []
     chain = replace(model, effects=[])
@@ -133,7 +133,7 @@ def check_bounded(model: Model, sweep: SweepRange, limit_deg: float) -> Verdict:
             worst, peak = signal.label, reached
         if not reached <= limit_deg:
             failing.append(signal)
-    return Verdict(not failing, worst, peak, limit_deg, failing)
+    return StabilityVerdict(not failing, worst, peak, limit_deg, failing)
 
 
 def _peak_deg(chain: Model, signal: Signal, limit_deg: float) -> float:

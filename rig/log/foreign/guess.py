@@ -18,7 +18,7 @@ from rig.columns import correlation
 from rig.errors import RecordError
 from rig.further import PLACES, RESERVED
 from rig.log.foreign.delimited import Style, read_lines, text_table
-from rig.log.foreign.kinds import Kind, kind_of
+from rig.log.foreign.kinds import FileKind, kind_of
 from rig.log.foreign.sniff import sniff
 from rig.log.foreign.stamps import FORMS
 from rig.log.foreign.tables import RawColumn, RawTable, raw_delimited, read_tdms
@@ -113,9 +113,9 @@ def guess(path: Path) -> Guess:
 
 def _table(path: Path, found: Guess) -> RawTable:
     kind = kind_of(path)
-    if kind is Kind.TDMS:
+    if kind is FileKind.TDMS:
         return read_tdms(path)
-    if kind is Kind.MCAP:
+    if kind is FileKind.MCAP:
         raise RecordError(f"{path}: a mapping for MCAP is not guessed; `pamrig log info` lists its channels")
     lines = read_lines(path)
     style = sniff(path, lines)

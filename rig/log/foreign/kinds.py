@@ -8,7 +8,7 @@ from rig.log.mcap.contents import map_file
 from rig.log.mcap.framing import MAGIC
 
 
-class Kind(Enum):
+class FileKind(Enum):
     """MCAP (ours or another program's), LabVIEW's TDMS, or text: CSV, gzipped or not."""
 
     MCAP = auto()
@@ -16,9 +16,9 @@ class Kind(Enum):
     TEXT = auto()
 
 
-def kind_of(path: Path) -> Kind:
+def kind_of(path: Path) -> FileKind:
     """The kind of the file at `path`; RecordError when it cannot be opened."""
     head = bytes(map_file(path)[: len(MAGIC)])
     if head == MAGIC:
-        return Kind.MCAP
-    return Kind.TDMS if head[:4] == TDMS_MAGIC else Kind.TEXT
+        return FileKind.MCAP
+    return FileKind.TDMS if head[:4] == TDMS_MAGIC else FileKind.TEXT

@@ -17,7 +17,7 @@ from rig.fields import bounded
 from rig.further import FACT as FURTHER_FACT
 from rig.further import Further, check_new, plain
 from rig.log.foreign.delimited import Style, read_lines, text_table
-from rig.log.foreign.kinds import Kind, kind_of
+from rig.log.foreign.kinds import FileKind, kind_of
 from rig.log.foreign.mcap_channels import TIME_COLUMN, read_foreign
 from rig.log.foreign.tables import RawTable, raw_delimited, read_tdms
 from rig.log.foreign.units import conversion, converted, unit_in_name
@@ -36,7 +36,7 @@ _PNEUMATIC_ONLY = frozenset(MAIN_COLUMNS) - {"t_s"}
 
 
 @dataclass(frozen=True)
-class Source:
+class ColumnSource:
     """Where one of our columns comes from: value = (source * scale + offset), which is then in `unit`."""
 
     source: str
@@ -47,7 +47,7 @@ class Source:
 
 
 @dataclass(frozen=True)
-class FurtherSource(Source):
+class FurtherSource(ColumnSource):
     """Where a further channel comes from; its unit is kept as it is stated."""
 
     same_within: float = bounded(0.0, 1e12, default=0.0)
@@ -58,7 +58,7 @@ class FurtherSource(Source):
 class Mapping:
     """The whole YAML file."""
 
-    columns: dict[str, Source]
+    columns: dict[str, ColumnSource]
     channels: Channels | None = None
     """Input and output of a rig that is not driven by pressures."""
     further: dict[str, FurtherSource] = field(default_factory=dict)
@@ -167,7 +167,7 @@ def _own_facts(mapping: Mapping) -> dict[str, Any]:
     return channels | ({FURTHER_FACT: plain(_furthers(mapping))} if mapping.further else {})
 
 
-def _own(raw: RawTable, source: Source, channel: Channel) -> Array:
+def _own(raw: RawTable, source: ColumnSource, channel: Channel) -> Array:
     """A channel's values in its unit; RecordError when they lie so far out that they must be in another."""
     values, where, stated = _scaled(raw, source)
     values = converted(values, stated or channel.unit, channel.unit, where)
@@ -185,16 +185,16 @@ def _own(raw: RawTable, source: Source, channel: Channel) -> Array:
 def raw_table(path: Path, mapping: Mapping) -> RawTable:
     """The file at `path` by its own names; RecordError when it is none that the mapping can be of."""
     match kind_of(path):
-        case Kind.TDMS:
+        case FileKind.TDMS:
             return read_tdms(path)
-        case Kind.MCAP:
+        case FileKind.MCAP:
             return read_foreign(path, mapping.topic)
     sources = {one.source for one in (*mapping.columns.values(), *mapping.further.values())}
     style = Style(mapping.separator, mapping.decimal, mapping.skip_rows, mapping.units_row)
     return raw_delimited(text_table(path, read_lines(path), style), wanted=sources)
 
 
-def _column(raw: RawTable, name: str, source: Source) -> Array:
+def _column(raw: RawTable, name: str, source: ColumnSource) -> Array:
     values, where, stated = _scaled(raw, source)
     if unit_in_name(name) is None:
         return values
@@ -205,7 +205,7 @@ def _column(raw: RawTable, name: str, source: Source) -> Array:
     return values * times / by
 
 
-def _scaled(raw: RawTable, source: Source) -> tuple[Array, str, str | None]:
+def _scaled(raw: RawTable, source: ColumnSource) -> tuple[Array, str, str | None]:
     """The source's values by its scale and offset, its place for messages, and the unit that mapping or file state."""
     key = _find(raw, source.source)
     column, where = raw.columns[key], f"{raw.path}: {key}"

@@ -12,7 +12,7 @@ from typing import Any, Final
 
 from rig.config import read_text
 from rig.errors import ConfigError, RecordError
-from rig.outputs import Kind, write_text
+from rig.outputs import OutputKind, write_text
 
 SUFFIX: Final = "-metadata.json"
 _MOST_BYTES: Final = 64 * 1024 * 1024
@@ -88,5 +88,5 @@ def write_sidecar(table: Path, columns: Mapping[str, tuple[str, str]], sidecar: 
         "tableSchema": schema,
         "pamrig": sidecar.plain(),
     }
-    write_text(path, json.dumps(document, indent=1) + "\n", Kind.RECORDING)
+    write_text(path, json.dumps(document, indent=1) + "\n", OutputKind.RECORDING)
     return path

@@ -10,7 +10,7 @@ from rig.errors import RecordError
 from rig.log.mcap.columns import Array
 
 
-class Unit(NamedTuple):
+class UnitConversion(NamedTuple):
     """value in our unit = value * times / by; two numbers, so that decimal factors stay exact."""
 
     quantity: str
@@ -19,37 +19,37 @@ class Unit(NamedTuple):
 
 
 UNITS: Final = {
-    "MPa": Unit("pressure", 1, 1),
-    "kPa": Unit("pressure", 1, 1000),
-    "Pa": Unit("pressure", 1, 1_000_000),
-    "bar": Unit("pressure", 1, 10),
-    "mbar": Unit("pressure", 1, 10_000),
-    "psi": Unit("pressure", 6894.757293168361, 1_000_000),
-    "deg": Unit("angle", 1, 1),
-    "\N{DEGREE SIGN}": Unit("angle", 1, 1),
-    "rad": Unit("angle", 180, math.pi),
-    "mrad": Unit("angle", 0.18, math.pi),
-    "s": Unit("time", 1, 1),
-    "ms": Unit("time", 1, 1000),
-    "us": Unit("time", 1, 1_000_000),
-    "\N{MICRO SIGN}s": Unit("time", 1, 1_000_000),
-    "ns": Unit("time", 1, 1_000_000_000),
-    "m": Unit("length", 1, 1),
-    "cm": Unit("length", 1, 100),
-    "mm": Unit("length", 1, 1000),
-    "um": Unit("length", 1, 1_000_000),
-    "\N{MICRO SIGN}m": Unit("length", 1, 1_000_000),
-    "in": Unit("length", 0.0254, 1),
-    "kN": Unit("force", 1000, 1),
-    "N": Unit("force", 1, 1),
-    "mN": Unit("force", 1, 1000),
-    "lbf": Unit("force", 4.4482216152605, 1),
-    "kip": Unit("force", 4448.2216152605, 1),
-    "kV": Unit("voltage", 1000, 1),
-    "V": Unit("voltage", 1, 1),
-    "mV": Unit("voltage", 1, 1000),
-    "A": Unit("current", 1, 1),
-    "mA": Unit("current", 1, 1000),
+    "MPa": UnitConversion("pressure", 1, 1),
+    "kPa": UnitConversion("pressure", 1, 1000),
+    "Pa": UnitConversion("pressure", 1, 1_000_000),
+    "bar": UnitConversion("pressure", 1, 10),
+    "mbar": UnitConversion("pressure", 1, 10_000),
+    "psi": UnitConversion("pressure", 6894.757293168361, 1_000_000),
+    "deg": UnitConversion("angle", 1, 1),
+    "\N{DEGREE SIGN}": UnitConversion("angle", 1, 1),
+    "rad": UnitConversion("angle", 180, math.pi),
+    "mrad": UnitConversion("angle", 0.18, math.pi),
+    "s": UnitConversion("time", 1, 1),
+    "ms": UnitConversion("time", 1, 1000),
+    "us": UnitConversion("time", 1, 1_000_000),
+    "\N{MICRO SIGN}s": UnitConversion("time", 1, 1_000_000),
+    "ns": UnitConversion("time", 1, 1_000_000_000),
+    "m": UnitConversion("length", 1, 1),
+    "cm": UnitConversion("length", 1, 100),
+    "mm": UnitConversion("length", 1, 1000),
+    "um": UnitConversion("length", 1, 1_000_000),
+    "\N{MICRO SIGN}m": UnitConversion("length", 1, 1_000_000),
+    "in": UnitConversion("length", 0.0254, 1),
+    "kN": UnitConversion("force", 1000, 1),
+    "N": UnitConversion("force", 1, 1),
+    "mN": UnitConversion("force", 1, 1000),
+    "lbf": UnitConversion("force", 4.4482216152605, 1),
+    "kip": UnitConversion("force", 4448.2216152605, 1),
+    "kV": UnitConversion("voltage", 1000, 1),
+    "V": UnitConversion("voltage", 1, 1),
+    "mV": UnitConversion("voltage", 1, 1000),
+    "A": UnitConversion("current", 1, 1),
+    "mA": UnitConversion("current", 1, 1000),
 }
 
 _SPELT: Final = {
@@ -72,7 +72,7 @@ def spelt(unit: str) -> str:
     return unit if unit in UNITS else _SPELT.get(unit.casefold(), unit)
 
 
-def conversion(column: str, unit: str, where: str) -> Unit:
+def conversion(column: str, unit: str, where: str) -> UnitConversion:
     """How values in `unit` become values of our `column`; RecordError when the unit is unknown or of another
     quantity."""
     ours = unit_in_name(column)

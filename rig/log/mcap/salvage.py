@@ -38,7 +38,7 @@ _CANDIDATE: Final = re.compile(
 _FIXED_LENGTHS = {Opcode.FOOTER: 20, Opcode.DATA_END: 4}
 
 
-class Damage(NamedTuple):
+class DamagedStretch(NamedTuple):
     """A stretch of the file that says nothing one can trust."""
 
     start: int
@@ -53,7 +53,7 @@ class Salvage:
     contents: Contents = field(default_factory=Contents)
     """Metadata of ours, attachments and chunks; schemas and channels only of this version (those of chunks come with
     them)."""
-    damages: list[Damage] = field(default_factory=list)
+    damages: list[DamagedStretch] = field(default_factory=list)
     bytes: int = 0
 
     @property
@@ -70,13 +70,15 @@ def salvage(data: memoryview) -> Salvage:
     if bytes(data[: len(MAGIC)]) == MAGIC:
         start = len(MAGIC)
     else:
-        found.damages.append(Damage(0, min(len(MAGIC), len(data)), "the file does not begin like an MCAP file"))
+        found.damages.append(DamagedStretch(0, min(len(MAGIC), len(data)), "the file does not begin like an MCAP file"))
     unpacker = Unpacker(len(data))
     search = _Search(data, unpacker)
     while start < len(data):
         start = _stretch(data, start, found, unpacker, search)
     if not found.contents.finished and not (found.damages and found.damages[-1].end == len(data)):
-        found.damages.append(Damage(len(data), len(data), "the file ends without its end mark: it was not finished"))
+        found.damages.append(
+            DamagedStretch(len(data), len(data), "the file ends without its end mark: it was not finished")
+        )
     return found
 
 
@@ -93,7 +95,7 @@ def _stretch(data: memoryview, start: int, found: Salvage, unpacker: Unpacker, s
                     return len(data)
     except DamageError as error:
         after = search.begin(start + 1)
-        found.damages.append(Damage(start, after, error.what))
+        found.damages.append(DamagedStretch(start, after, error.what))
         return after
     return len(data)
 
@@ -147,7 +149,7 @@ def _end(block: Block, data: memoryview, found: Salvage) -> None:
     try:
         found.contents.end(block, data)
     except DamageError as error:
-        found.damages.append(Damage(block.start, block.start, error.what))
+        found.damages.append(DamagedStretch(block.start, block.start, error.what))
 
 
 def _proven_chunk(block: Block, unpacker: Unpacker) -> Chunk:

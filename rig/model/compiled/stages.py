@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from rig.model.compiled.machine_code import kept
 from rig.model.equations.drive import drives
-from rig.model.slots import Row, StageFunction
+from rig.model.slots import StageFunction, StageNumbers
 from rig.record import Column
 
 INLINED = True
@@ -47,7 +47,7 @@ def compiled(function: StageFunction | FunctionType) -> Any:
     plain = cast(FunctionType, function)
     named = {name: plain.__globals__.get(name) for name in plain.__code__.co_names}
     called = {name: compiled(one) for name, one in named.items() if isinstance(one, FunctionType)}
-    rows = {name: np.array(one) for name, one in named.items() if isinstance(one, Row)}
+    rows = {name: np.array(one) for name, one in named.items() if isinstance(one, StageNumbers)}
     copy = FunctionType(plain.__code__, plain.__globals__ | called | rows, plain.__name__, plain.__defaults__)
     copy.__qualname__, copy.__module__ = plain.__qualname__, plain.__module__
     return kept(copy, nogil=True, forceinline=INLINED)

@@ -42,7 +42,7 @@ _CHECK_EVERY = 256
 
 
 @dataclass(frozen=True)
-class Inputs:
+class SwarmInputs:
     """Records laid end to end as the kernel reads them, in the units of the model."""
 
     u: Column
@@ -62,12 +62,12 @@ class Inputs:
         return int(self.ends[-1]) - (len(self.ends) - 1)
 
 
-def lay_inputs(u: Sequence[Column], y: Sequence[Column], divisor_s: float, skip: Sequence[int]) -> Inputs:
+def lay_inputs(u: Sequence[Column], y: Sequence[Column], divisor_s: float, skip: Sequence[int]) -> SwarmInputs:
     """Inputs from each record's u and y (in the model's units); the first `skip` rows of a record do not count."""
     ends = np.concatenate([[0], np.cumsum([len(column) for column in u])])
     nu = [np.abs(np.diff(column, prepend=column[0])) for column in u]
     start = ends[:-1] + np.maximum(1, skip)
-    return Inputs(np.concatenate(u) / divisor_s, np.concatenate(nu), np.concatenate(y), ends, start)
+    return SwarmInputs(np.concatenate(u) / divisor_s, np.concatenate(nu), np.concatenate(y), ends, start)
 
 
 @kernel(inline="always")
@@ -182,7 +182,7 @@ def _courses(
                     which += 1
 
 
-def swarm_errors(particles: Table, inputs: Inputs, workers: int = 1) -> Table:
+def swarm_errors(particles: Table, inputs: SwarmInputs, workers: int = 1) -> Table:
     """Sum of squared errors of each particle on each record, shape (records, particles), in units of y squared; never
     NaN.
 
@@ -199,7 +199,7 @@ def swarm_errors(particles: Table, inputs: Inputs, workers: int = 1) -> Table:
     return _finite(out.reshape(-1, stride)[:, : particles.shape[1]])
 
 
-def swarm_courses(particles: Table, inputs: Inputs, rows: NDArray[np.int64]) -> Table:
+def swarm_courses(particles: Table, inputs: SwarmInputs, rows: NDArray[np.int64]) -> Table:
     """The output of each particle at these rows (rising), offset aside, shape (particles, rows), in units of y; neither
     finite nor bounded where a set diverges. Every record starts at its first measured output."""
     table, stride = _padded(particles)
@@ -209,7 +209,7 @@ def swarm_courses(particles: Table, inputs: Inputs, rows: NDArray[np.int64]) -> 
     return out.reshape(-1, stride)[:, : particles.shape[1]].T
 
 
-def swarm_peaks(particles: Table, inputs: Inputs, workers: int = 1) -> Table:
+def swarm_peaks(particles: Table, inputs: SwarmInputs, workers: int = 1) -> Table:
     """Largest |y| of each particle on each record from rest, shape (records, particles), in units of y; never NaN."""
     table, stride = _padded(particles)
     out = np.full((len(inputs.ends) - 1) * stride, HOPELESS)
@@ -217,7 +217,7 @@ def swarm_peaks(particles: Table, inputs: Inputs, workers: int = 1) -> Table:
     return _finite(out.reshape(-1, stride)[:, : particles.shape[1]])
 
 
-def reference_errors(particle: Sequence[float], inputs: Inputs) -> list[float]:
+def reference_errors(particle: Sequence[float], inputs: SwarmInputs) -> list[float]:
     """The sums of one particle, straight from (11): what the kernel must agree with to rounding."""
     lambda1, lambda2, xi1, xi2, phi1, phi2, beta1, beta2, offset = particle
     sums = []

@@ -14,18 +14,18 @@ changed. Both use the functions below, which numba compiles; on whole columns:
 import math
 from collections.abc import Sequence
 
-from rig.model.slots import Row, Values
+from rig.model.slots import StageNumbers, Values
 
 LOOP_RADII_DEG = (0.3, 1.0, 3.0, 8.0, 20.0)
 """Travel after which each Maxwell-slip element of the nominal joint slips."""
 SPREAD = (0.35, 0.6, 1.0, 1.7, 2.9)
 """No friction slips all at once: an element's parts, of equal force, slip after so many times its travel. Fewer: what
 an effect changes has corners that no rig shows (docs/decisions/0564)."""
-REACHES_DEG = Row(radius * share for radius in LOOP_RADII_DEG for share in SPREAD)
+REACHES_DEG = StageNumbers(radius * share for radius in LOOP_RADII_DEG for share in SPREAD)
 """Travel after which each part slips."""
-SHARES = Row(1.0 / (len(SPREAD) * share) for _ in LOOP_RADII_DEG for share in SPREAD)
+SHARES = StageNumbers(1.0 / (len(SPREAD) * share) for _ in LOOP_RADII_DEG for share in SPREAD)
 """Stiffness of each part over its element's weight."""
-FULL = Row(share * radius for share, radius in zip(SHARES, REACHES_DEG, strict=True))
+FULL = StageNumbers(share * radius for share, radius in zip(SHARES, REACHES_DEG, strict=True))
 """What a part that slips carries over its element's weight, deg."""
 ELEMENTS, PARTS, OF_AN_ELEMENT = len(LOOP_RADII_DEG), len(REACHES_DEG), len(SPREAD)
 TRAVELLED, FORCE, STIFFNESS, LEAST, MOST, FORWARDS, BACKWARDS = range(PARTS, PARTS + 7)

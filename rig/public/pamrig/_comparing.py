@@ -20,7 +20,7 @@ class Comparison:
         self._comparison = comparison
 
     @property
-    def pairs(self) -> list[log_compare.Pair]:
+    def pairs(self) -> list[log_compare.ComparedPair]:
         """Each pair with both records over their common time and the difference of every column."""
         return self._comparison.pairs
 

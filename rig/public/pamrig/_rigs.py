@@ -10,7 +10,7 @@ from pamrig._places import place_of, plain, require_one_of, sweep_file
 from pamrig._records import Record, Records, read
 from rig.app import compose, shipped
 from rig.app.runs import replaying, runner
-from rig.app.runs.outcome import Outcome
+from rig.app.runs.outcome import RunOutcome
 from rig.app.runs.sweeping import SweepOptions, run_sweep
 from rig.config import structure, unstructure
 from rig.errors import ConfigError
@@ -89,7 +89,7 @@ class Runs:
     (True, ['sine_0.5hz_0.20mpa.mcap'])
     """
 
-    def __init__(self, outcome: Outcome) -> None:
+    def __init__(self, outcome: RunOutcome) -> None:
         self._outcome = outcome
 
     @property

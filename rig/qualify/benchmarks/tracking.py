@@ -42,7 +42,7 @@ Errors = dict[tuple[str, str], float]
 
 
 @dataclass(frozen=True)
-class Case:
+class TrackingCase:
     """One rig, and what happens to it."""
 
     name: str
@@ -57,12 +57,12 @@ def _effect(name: str, **parameters: float) -> dict[str, Any]:
 
 
 CASES = (
-    Case("simulated, slow valves", "simulated", _effect("valve_lag", tau_s=0.03, tau0_s=0.0425)),
-    Case("simulated, weak muscle", "simulated", _effect("muscle_mismatch", mismatch=-0.15)),
-    Case("mckibben, slow valves", "physics_mckibben", {"effects": {"valve_lag": 0.03}}),
-    Case("mckibben, late set-points", "physics_mckibben", {"effects": {"delay": 0.03}}),
-    Case("fluidic, slow valves", "physics_fluidic", {"effects": {"valve_lag": 0.03}}),
-    Case("fluidic, viscous joint", "physics_fluidic", {"effects": {"viscous_friction": 1.0}}),
+    TrackingCase("simulated, slow valves", "simulated", _effect("valve_lag", tau_s=0.03, tau0_s=0.0425)),
+    TrackingCase("simulated, weak muscle", "simulated", _effect("muscle_mismatch", mismatch=-0.15)),
+    TrackingCase("mckibben, slow valves", "physics_mckibben", {"effects": {"valve_lag": 0.03}}),
+    TrackingCase("mckibben, late set-points", "physics_mckibben", {"effects": {"delay": 0.03}}),
+    TrackingCase("fluidic, slow valves", "physics_fluidic", {"effects": {"valve_lag": 0.03}}),
+    TrackingCase("fluidic, viscous joint", "physics_fluidic", {"effects": {"viscous_friction": 1.0}}),
 )
 
 
@@ -118,7 +118,7 @@ def _healthy(place: Path, rig: str) -> tuple[Path, Errors]:
     return place, followed
 
 
-def _changed(place: Path, case: Case) -> Errors:
+def _changed(place: Path, case: TrackingCase) -> Errors:
     """The same rig on a later day, changed: diagnosed, and followed with what was found."""
     name = case.name.replace(", ", "_").replace(" ", "_")
     rig, log, augmented = (

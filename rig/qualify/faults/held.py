@@ -92,7 +92,7 @@ class RunOverSerial(RunBench, SerialFaultBench):
     """The same with serial valves, each behind an I/O process."""
 
 
-class Calibration(HeldBench):
+class HeldCalibration(HeldBench):
     """Under `pamrig devices calibrate pressures`, while it waits for somebody to read a gauge."""
 
     struck: tuple[str, ...] = ("supervisor", "guardian", "control")
@@ -115,7 +115,7 @@ class Calibration(HeldBench):
         return found + why or super()._words()
 
 
-class Probe(Calibration):
+class HeldProbe(HeldCalibration):
     """Under `pamrig devices probe --step`, while a valve is stepped."""
 
     def begin(self, out: Path) -> None:
@@ -124,18 +124,18 @@ class Probe(Calibration):
         self.command("devices", "probe", "--rig", str(self.rig), *step)
 
 
-class CalibrationOverModbus(Calibration, ModbusFaultBench):
+class CalibrationOverModbus(HeldCalibration, ModbusFaultBench):
     """Over Modbus, where the module's own watchdog would be left as well."""
 
 
-class ProbeOverModbus(Probe, ModbusFaultBench):
+class ProbeOverModbus(HeldProbe, ModbusFaultBench):
     """The same while probing."""
 
 
-class CalibrationOverSerial(Calibration, SerialFaultBench):
+class CalibrationOverSerial(HeldCalibration, SerialFaultBench):
     """With serial valves, whose I/O processes write the safe state when they lose their owner."""
 
-    struck = (*Calibration.struck, "io process 1", "io process 2")
+    struck = (*HeldCalibration.struck, "io process 1", "io process 2")
     at_once = (2, 3)
 
     def pids(self) -> dict[str, int]:

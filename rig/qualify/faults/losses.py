@@ -18,10 +18,10 @@ from typing import Any, Final
 from rig.errors import RigError
 from rig.qualify.faults.bench import FaultBench, Spoilt
 from rig.qualify.faults.held import (
-    Calibration,
     CalibrationOverModbus,
     CalibrationOverSerial,
-    Probe,
+    HeldCalibration,
+    HeldProbe,
     ProbeOverModbus,
     ReplayBench,
     RunBench,
@@ -88,10 +88,10 @@ BENCHES: Final[dict[str, Callable[[Path], FaultBench]]] = {
     "run-modbus": RunOverModbus,
     "run-serial": RunOverSerial,
     "replay": ReplayBench,
-    "calibrate": Calibration,
+    "calibrate": HeldCalibration,
     "calibrate-modbus": CalibrationOverModbus,
     "calibrate-serial": CalibrationOverSerial,
-    "probe": Probe,
+    "probe": HeldProbe,
     "probe-modbus": ProbeOverModbus,
 }
 """What the trials can be made on; over Modbus with the module's watchdog as it is by default, and with one that is of

@@ -21,7 +21,7 @@ from rig.service.connections import protocol
 
 
 @dataclass(frozen=True)
-class Row:
+class FaultRow:
     """One fault."""
 
     name: str
@@ -153,28 +153,32 @@ def _sweep_outside(bench: FaultBench) -> int:
 _D, _S = _device, _signal
 _KILL, _STOP = signal.SIGKILL, signal.SIGSTOP
 _LOST: Final = ("LOOP_DIED", "SUPERVISOR_DIED")
-TABLE: Final[tuple[Row, ...]] = (
-    Row("late", "one call of the device takes 3 ms", _D(Injection.LATE), ()),
-    Row("skip", "one call takes 12 ms: periods are skipped and counted", _D(Injection.SKIP), ()),
-    Row("misses", "every call takes 7.5 ms", _D(Injection.MISSES), ("MISSED_TICKS",), 1000.0),
-    Row("stall", "one call takes 40 ms", _D(Injection.STALL), ("LOOP_DIED", "LONG_STALL"), 25.0),
-    Row("timeout", "one reply does not come", _D(Injection.ONE_TIMEOUT), ()),
-    Row(
+TABLE: Final[tuple[FaultRow, ...]] = (
+    FaultRow("late", "one call of the device takes 3 ms", _D(Injection.LATE), ()),
+    FaultRow("skip", "one call takes 12 ms: periods are skipped and counted", _D(Injection.SKIP), ()),
+    FaultRow("misses", "every call takes 7.5 ms", _D(Injection.MISSES), ("MISSED_TICKS",), 1000.0),
+    FaultRow("stall", "one call takes 40 ms", _D(Injection.STALL), ("LOOP_DIED", "LONG_STALL"), 25.0),
+    FaultRow("timeout", "one reply does not come", _D(Injection.ONE_TIMEOUT), ()),
+    FaultRow(
         "timeouts", "no reply comes any more", _D(Injection.TIMEOUTS), ("DEVICE_ERRORS",), 60.0, "no reply within 5 ms"
     ),
-    Row("garbled", "every reply is garbled", _D(Injection.GARBLED), ("DEVICE_ERRORS",), 60.0, "checksum is wrong"),
-    Row("lost", "the connection is closed", _D(Injection.LOST), ("DEVICE_LOST",), 15.0, "the connection was closed"),
-    Row("hang", "the driver hangs", _D(Injection.HANG), ("LOOP_DIED",), 25.0, "it hung or was stopped"),
-    Row("crash", "the driver has a bug", _D(Injection.CRASH), ("LOOP_ERROR", "LOOP_DIED"), 15.0),
-    Row("frozen", "all sensors repeat their last value", _D(Injection.FROZEN), ("FROZEN_SENSOR",), 1000.0),
-    Row("nan", "the angle is not a number", _D(Injection.NOT_A_NUMBER), ("BAD_VALUE",), 60.0),
-    Row("range", "a pressure reads 9.9 MPa", _D(Injection.OUT_OF_RANGE), ("BAD_VALUE",), 60.0),
-    Row("jump", "the angle jumps by 40 degrees", _D(Injection.JUMP), ("BAD_VALUE",), 100.0),
-    Row("wire", "a monitor's wire breaks", _D(Injection.BROKEN_WIRE), ("BROKEN_WIRE",), 60.0),
-    Row("stale", "values get older and older", _D(Injection.STALE), ("STALE_VALUE",), 60.0),
-    Row("air", "the air is cut off", _D(Injection.NO_AIR), ("NOT_FOLLOWING",), 1500.0),
-    Row("loop killed", "SIGKILL to the loop", _S("loop", signal.SIGKILL), ("LOOP_DIED",), 15.0, "killed by signal 9"),
-    Row(
+    FaultRow("garbled", "every reply is garbled", _D(Injection.GARBLED), ("DEVICE_ERRORS",), 60.0, "checksum is wrong"),
+    FaultRow(
+        "lost", "the connection is closed", _D(Injection.LOST), ("DEVICE_LOST",), 15.0, "the connection was closed"
+    ),
+    FaultRow("hang", "the driver hangs", _D(Injection.HANG), ("LOOP_DIED",), 25.0, "it hung or was stopped"),
+    FaultRow("crash", "the driver has a bug", _D(Injection.CRASH), ("LOOP_ERROR", "LOOP_DIED"), 15.0),
+    FaultRow("frozen", "all sensors repeat their last value", _D(Injection.FROZEN), ("FROZEN_SENSOR",), 1000.0),
+    FaultRow("nan", "the angle is not a number", _D(Injection.NOT_A_NUMBER), ("BAD_VALUE",), 60.0),
+    FaultRow("range", "a pressure reads 9.9 MPa", _D(Injection.OUT_OF_RANGE), ("BAD_VALUE",), 60.0),
+    FaultRow("jump", "the angle jumps by 40 degrees", _D(Injection.JUMP), ("BAD_VALUE",), 100.0),
+    FaultRow("wire", "a monitor's wire breaks", _D(Injection.BROKEN_WIRE), ("BROKEN_WIRE",), 60.0),
+    FaultRow("stale", "values get older and older", _D(Injection.STALE), ("STALE_VALUE",), 60.0),
+    FaultRow("air", "the air is cut off", _D(Injection.NO_AIR), ("NOT_FOLLOWING",), 1500.0),
+    FaultRow(
+        "loop killed", "SIGKILL to the loop", _S("loop", signal.SIGKILL), ("LOOP_DIED",), 15.0, "killed by signal 9"
+    ),
+    FaultRow(
         "loop stopped",
         "SIGSTOP to the loop",
         _S("loop", signal.SIGSTOP),
@@ -182,8 +186,8 @@ TABLE: Final[tuple[Row, ...]] = (
         25.0,
         "it hung or was stopped",
     ),
-    Row("loop ended", "SIGTERM to the loop", _S("loop", signal.SIGTERM), ("TERMINATED", "LOOP_DIED"), 15.0),
-    Row(
+    FaultRow("loop ended", "SIGTERM to the loop", _S("loop", signal.SIGTERM), ("TERMINATED", "LOOP_DIED"), 15.0),
+    FaultRow(
         "recorder killed",
         "SIGKILL to the recorder",
         _after_a_flush(signal.SIGKILL),
@@ -191,7 +195,7 @@ TABLE: Final[tuple[Row, ...]] = (
         100.0,
         "process is gone",
     ),
-    Row(
+    FaultRow(
         "recorder stopped",
         "SIGSTOP to the recorder",
         _S("recorder", signal.SIGSTOP),
@@ -199,7 +203,7 @@ TABLE: Final[tuple[Row, ...]] = (
         1000.0,
         "stopped by a signal",
     ),
-    Row(
+    FaultRow(
         "recorder ended",
         "SIGTERM to the recorder",
         _S("recorder", signal.SIGTERM),
@@ -207,7 +211,7 @@ TABLE: Final[tuple[Row, ...]] = (
         1000.0,
         "process is gone",
     ),
-    Row(
+    FaultRow(
         "supervisor killed",
         "SIGKILL to the supervisor",
         _S("supervisor", signal.SIGKILL),
@@ -215,7 +219,7 @@ TABLE: Final[tuple[Row, ...]] = (
         100.0,
         "is gone",
     ),
-    Row(
+    FaultRow(
         "supervisor stopped",
         "SIGSTOP to it",
         _S("supervisor", signal.SIGSTOP),
@@ -223,9 +227,11 @@ TABLE: Final[tuple[Row, ...]] = (
         500.0,
         "has not moved",
     ),
-    Row("supervisor told", "SIGTERM to the supervisor", _S("supervisor", signal.SIGTERM), ()),
-    Row("control stopped", "SIGSTOP to the control process", _S("control", signal.SIGSTOP), ("CONTROL_LOST",), 1200.0),
-    Row(
+    FaultRow("supervisor told", "SIGTERM to the supervisor", _S("supervisor", signal.SIGTERM), ()),
+    FaultRow(
+        "control stopped", "SIGSTOP to the control process", _S("control", signal.SIGSTOP), ("CONTROL_LOST",), 1200.0
+    ),
+    FaultRow(
         "control killed",
         "SIGKILL to the control process",
         _S("control", signal.SIGKILL),
@@ -233,7 +239,7 @@ TABLE: Final[tuple[Row, ...]] = (
         15.0,
         control_dies=True,
     ),
-    Row(
+    FaultRow(
         "control ended",
         "SIGTERM to the control process",
         _S("control", signal.SIGTERM),
@@ -241,7 +247,7 @@ TABLE: Final[tuple[Row, ...]] = (
         100.0,
         control_dies=True,
     ),
-    Row(
+    FaultRow(
         "both killed",
         "SIGKILL to supervisor and loop",
         _signals(supervisor=_KILL, loop=_KILL),
@@ -249,7 +255,7 @@ TABLE: Final[tuple[Row, ...]] = (
         300.0,
         "seen at the device",
     ),
-    Row(
+    FaultRow(
         "both stopped",
         "SIGSTOP to supervisor and loop",
         _signals(supervisor=_STOP, loop=_STOP),
@@ -257,7 +263,7 @@ TABLE: Final[tuple[Row, ...]] = (
         300.0,
         "seen at the device",
     ),
-    Row(
+    FaultRow(
         "killed and stopped",
         "SIGKILL to the supervisor, SIGSTOP to the loop",
         _signals(supervisor=_KILL, loop=_STOP),
@@ -265,7 +271,7 @@ TABLE: Final[tuple[Row, ...]] = (
         300.0,
         "seen at the device",
     ),
-    Row(
+    FaultRow(
         "stopped and killed",
         "SIGSTOP to the supervisor, SIGKILL to the loop",
         _signals(supervisor=_STOP, loop=_KILL),
@@ -273,7 +279,7 @@ TABLE: Final[tuple[Row, ...]] = (
         300.0,
         "seen at the device",
     ),
-    Row(
+    FaultRow(
         "three killed",
         "SIGKILL to supervisor, recorder and loop",
         _signals(supervisor=_KILL, recorder=_KILL, loop=_KILL),
@@ -281,7 +287,7 @@ TABLE: Final[tuple[Row, ...]] = (
         300.0,
         "seen at the device",
     ),
-    Row(
+    FaultRow(
         "guardian alone",
         "SIGSTOP to control, supervisor and loop",
         _signals(control=_STOP, supervisor=_STOP, loop=_STOP),
@@ -289,7 +295,7 @@ TABLE: Final[tuple[Row, ...]] = (
         500.0,
         "written by the guardian, seen at the device",
     ),
-    Row(
+    FaultRow(
         "guardian killed",
         "SIGKILL to the guardian",
         _S("guardian", signal.SIGKILL),
@@ -297,11 +303,11 @@ TABLE: Final[tuple[Row, ...]] = (
         100.0,
         "is gone",
     ),
-    Row("estop", "`pamrig estop`", _estop, ("ESTOP",), 10.0),
-    Row("full disk", "the disk takes nothing any more", _full_disk, (), said="not valid"),
-    Row("flood", "four floods and a subscriber that does not read", _flood, ()),
-    Row("second daemon", "another daemon is started", _second_daemon, ()),
-    Row("sweep outside", "a sweep that leaves the envelope is sent", _sweep_outside, ()),
+    FaultRow("estop", "`pamrig estop`", _estop, ("ESTOP",), 10.0),
+    FaultRow("full disk", "the disk takes nothing any more", _full_disk, (), said="not valid"),
+    FaultRow("flood", "four floods and a subscriber that does not read", _flood, ()),
+    FaultRow("second daemon", "another daemon is started", _second_daemon, ()),
+    FaultRow("sweep outside", "a sweep that leaves the envelope is sent", _sweep_outside, ()),
 )
 """Every fault of the table, in the order of ../explanation/safety.md."""
 

@@ -11,7 +11,7 @@ from typing import Any, Final
 from rig.errors import RigError
 from rig.log.mcap.writer import PARTIAL_SUFFIX
 from rig.qualify.faults.bench import FaultBench, Spoilt
-from rig.qualify.faults.table import Row
+from rig.qualify.faults.table import FaultRow
 from rig.realtime.faults import Fault
 
 ATTEMPTS: Final = 4
@@ -24,14 +24,14 @@ _BY_THE_MACHINE: Final = ("MISSED_TICKS", "LONG_STALL", "LOOP_DIED")
 class Finding:
     """What was seen; `problem` is empty when all was as the table says."""
 
-    row: Row
+    row: FaultRow
     cause: str = ""
     ms: float | None = None
     evidence: str = ""
     problem: str = ""
 
 
-def try_row(bench: FaultBench, row: Row) -> Finding:
+def try_row(bench: FaultBench, row: FaultRow) -> Finding:
     """Carry out `row`; again when something else got in the way, or a bound was missed that a standing machine
     explains."""
     finding = Finding(row, problem="not tried")
@@ -65,7 +65,7 @@ def _black_boxes(bench: FaultBench) -> set[Path]:
     return set((bench.state / "blackbox").glob("*.mcap"))
 
 
-def _unmoved(bench: FaultBench, row: Row, seen: _Seen) -> Finding:
+def _unmoved(bench: FaultBench, row: FaultRow, seen: _Seen) -> Finding:
     """The rig must go on as if nothing had been."""
     time.sleep(0.1)
     cause = bench.fault()
@@ -77,7 +77,7 @@ def _unmoved(bench: FaultBench, row: Row, seen: _Seen) -> Finding:
     return Finding(row, cause, None, f"{missed} periods skipped" if missed else "on the grid", problem)
 
 
-def _stopped(bench: FaultBench, row: Row, seen: _Seen, since_ns: int) -> Finding:
+def _stopped(bench: FaultBench, row: FaultRow, seen: _Seen, since_ns: int) -> Finding:
     """The rig must reach its safe state, for the right reason, in time, and leave its evidence."""
     ms = bench.ms_to_safe(since_ns)
     if row.control_dies:
@@ -100,7 +100,7 @@ def _stopped(bench: FaultBench, row: Row, seen: _Seen, since_ns: int) -> Finding
     return Finding(row, cause, ms, evidence, _problem(row, cause, ms, said, evidence))
 
 
-def _problem(row: Row, cause: str, ms: float, said: str, evidence: str) -> str:
+def _problem(row: FaultRow, cause: str, ms: float, said: str, evidence: str) -> str:
     if cause not in row.causes:
         return f"the cause is given as {cause or 'none'}, not {' or '.join(row.causes)}"
     if row.said not in said:

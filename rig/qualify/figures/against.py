@@ -22,7 +22,7 @@ Results = Mapping[str, Figures]
 
 
 @dataclass(frozen=True)
-class Span:
+class FigureSpan:
     """What is judged of a figure, and between what it lay."""
 
     middle: float
@@ -56,7 +56,7 @@ class Move:
 
 
 @dataclass(frozen=True)
-class Comparison:
+class FigureComparison:
     """Two runs beside each other."""
 
     moves: tuple[Move, ...]
@@ -114,7 +114,7 @@ def figures_of(results: Mapping[str, Any]) -> Results:
     return {name: figures for name, figures in results.items() if name not in NOT_FIGURES}
 
 
-def compared(before: Results, after: Results, where: str) -> Comparison:
+def compared(before: Results, after: Results, where: str) -> FigureComparison:
     """Every figure that both have; ConfigError when nothing of `where` can be judged, which would pass whatever
     happened."""
     pairs = list(_pairs(before, after))
@@ -127,7 +127,7 @@ def compared(before: Results, after: Results, where: str) -> Comparison:
             moves.append(move)
     if not moves:
         raise ConfigError(f"--against {where}: it has no ratio of the benchmarks {', '.join(figures_of(after))}")
-    return Comparison(tuple(moves), tuple(unjudged), tuple(_gone(before, after)))
+    return FigureComparison(tuple(moves), tuple(unjudged), tuple(_gone(before, after)))
 
 
 def moved(benchmark: str, name: str, was: Row, now: Row) -> Move | None:
@@ -140,14 +140,14 @@ def moved(benchmark: str, name: str, was: Row, now: Row) -> Move | None:
     return Move(benchmark, name, first.middle, second.middle, by, max(spread, STILL))
 
 
-def span_of(row: Row) -> Span | None:
+def span_of(row: Row) -> FigureSpan | None:
     """What of a row can be judged: the ratio with the extremes of its rounds, or a share with its interval."""
     if row.get("ratio") is not None:
         fixed = row["ratio"] if row.get("seeded") else None
         low, high = row.get("ratio_low", fixed), row.get("ratio_high", fixed)
-        return None if low is None or high is None else Span(row["ratio"], low, high, abs(row["ratio"]))
+        return None if low is None or high is None else FigureSpan(row["ratio"], low, high, abs(row["ratio"]))
     if row.get("low") is not None:
-        return Span(row["value"], row["low"], row["high"], 100.0)
+        return FigureSpan(row["value"], row["low"], row["high"], 100.0)
     return None
 
 

@@ -12,7 +12,7 @@ from typing import Any, Final, Protocol
 
 from rig.errors import RigError
 from rig.service.connections import protocol
-from rig.service.connections.protocol import COMMANDS, Code, Refused, Request
+from rig.service.connections.protocol import COMMANDS, ClientRequest, Code, Refused
 
 RATE_PER_S: Final = 200
 MAX_PENDING_BYTES: Final = 256 * 1024
@@ -37,7 +37,7 @@ class ServerSide(Protocol):
     def turn(self) -> contextlib.AbstractAsyncContextManager[None]:
         """Wait for one's turn: for everything that takes time and is no emergency stop."""
 
-    async def handle(self, request: Request) -> Any:
+    async def handle(self, request: ClientRequest) -> Any:
         """Carry out a request; RigError when it is refused."""
 
     def snapshot(self, cursor: int | None) -> dict[str, Any]:
@@ -175,17 +175,17 @@ class Connection:
         look.register(own.fileno(), 0)
         return any(seen & (select.POLLHUP | select.POLLERR | select.POLLNVAL) for _, seen in look.poll(0))
 
-    def _read(self, line: bytes) -> Request:
+    def _read(self, line: bytes) -> ClientRequest:
         message = protocol.decode(line)
         self._to = protocol.request_id(message)
         request = protocol.parse(message)
         self._check_allowed(request, message.get("token"))
         return request
 
-    async def _look(self, request: Request) -> Any:
+    async def _look(self, request: ClientRequest) -> Any:
         return self._subscribe(request) if request.command == "subscribe" else await self._server.handle(request)
 
-    def _check_allowed(self, request: Request, token: object) -> None:
+    def _check_allowed(self, request: ClientRequest, token: object) -> None:
         if not self._viewer:
             return
         if not self._server.token_fits(token):
@@ -202,7 +202,7 @@ class Connection:
     def _pending(self) -> int:
         return self._writer.transport.get_write_buffer_size()
 
-    def _subscribe(self, request: Request) -> dict[str, Any]:
+    def _subscribe(self, request: ClientRequest) -> dict[str, Any]:
         low, high = _SUBSCRIBE_HZ
         rate_hz = float(request.arguments.get("rate_hz", 10.0))
         if not low <= rate_hz <= high:

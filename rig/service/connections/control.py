@@ -22,7 +22,7 @@ from rig.errors import ConfigError, StateError
 from rig.service.connections import places, protocol
 from rig.service.connections.connection import Connection
 from rig.service.connections.listener import BACKLOG, Listener, Ration
-from rig.service.connections.protocol import Refused, Request
+from rig.service.connections.protocol import ClientRequest, Refused
 
 MAX_CLIENTS: Final = 64
 """On the Unix socket."""
@@ -34,7 +34,7 @@ goes."""
 _SUN_PATH: Final = 107
 _LOG = logging.getLogger("pamrig")
 
-Handler = Callable[[Request], Awaitable[Any]]
+Handler = Callable[[ClientRequest], Awaitable[Any]]
 Snapshot = Callable[[int | None], dict[str, Any]]
 
 
@@ -217,7 +217,7 @@ class Server:
         """Wait for one's turn: for everything that takes time and is no emergency stop."""
         return self._ration.turn()
 
-    async def handle(self, request: Request) -> Any:
+    async def handle(self, request: ClientRequest) -> Any:
         """Carry out."""
         return await self._handle(request)
 

@@ -45,7 +45,7 @@ class Refused(RigError):
         self.code = code
 
 
-class Command(NamedTuple):
+class DoorCommand(NamedTuple):
     """One command: what it takes, whether a viewer may send it, and what it does."""
 
     arguments: dict[str, type | tuple[type, ...]]
@@ -53,36 +53,36 @@ class Command(NamedTuple):
     meaning: str
 
 
-COMMANDS: Final[dict[str, Command]] = {
-    "status": Command({}, True, "everything there is to know now, without waiting for the loop"),
-    "subscribe": Command(
+COMMANDS: Final[dict[str, DoorCommand]] = {
+    "status": DoorCommand({}, True, "everything there is to know now, without waiting for the loop"),
+    "subscribe": DoorCommand(
         {"rate_hz": (int, float), "samples": bool},
         True,
         "a `status` event at `rate_hz` (0.1 to 50), with the samples since the last",
     ),
-    "arm": Command(
+    "arm": DoorCommand(
         {"by": str},
         False,
         "take the measured pressures as set-points, ready to start; nothing moves. `by` says who arms, for the status",
     ),
-    "mark": Command({"text": str}, False, "a line into the log of the record that runs"),
-    "start": Command(
+    "mark": DoorCommand({"text": str}, False, "a line into the log of the record that runs"),
+    "start": DoorCommand(
         {"sweeps": list, "pause_s": (int, float), "before": str},
         False,
         "put sweeps (absolute paths) at the end of the queue and work on it; none: go on. What an interrupted queue "
         "still holds "
         "must be decided on with `before`: `first` does it before them, `leave` leaves it where it is",
     ),
-    "stop": Command({"after_current": bool}, False, "ramp down and hold the queue; while nothing runs: disarm"),
-    "estop": Command({}, False, "safe state at once, in any state"),
-    "reset": Command({}, False, "clear a fault whose cause is gone; does not arm"),
-    "clear": Command({}, False, "take what waits, was stopped or failed out of the queue"),
+    "stop": DoorCommand({"after_current": bool}, False, "ramp down and hold the queue; while nothing runs: disarm"),
+    "estop": DoorCommand({}, False, "safe state at once, in any state"),
+    "reset": DoorCommand({}, False, "clear a fault whose cause is gone; does not arm"),
+    "clear": DoorCommand({}, False, "take what waits, was stopped or failed out of the queue"),
 }
 """Every command of version 1."""
 
 
 @dataclass(frozen=True)
-class Request:
+class ClientRequest:
     """One request, checked as far as its form goes."""
 
     id: int | str | None
@@ -143,7 +143,7 @@ def request_id(message: dict[str, Any]) -> int | str | None:
     return given if isinstance(given, int | str) and not isinstance(given, bool) else None
 
 
-def parse(message: dict[str, Any]) -> Request:
+def parse(message: dict[str, Any]) -> ClientRequest:
     """The request in a message; Refused says what is wrong with it."""
     if message.get("v") != VERSION:
         raise Refused(
@@ -165,7 +165,7 @@ def parse(message: dict[str, Any]) -> Request:
                 Code.BAD_ARGUMENT, f"{name}: {key}: {shown(value)} is not what it should be; see the control protocol"
             )
         _check_usable(f"{name}: {key}", value)
-    return Request(request_id(message), name, given)
+    return ClientRequest(request_id(message), name, given)
 
 
 def _check_usable(where: str, value: Any) -> None:

@@ -28,7 +28,7 @@ _NO_MORE: Final = frozenset({"boot", "up_s"})
 
 
 @dataclass(frozen=True)
-class Entry:
+class LedgerEntry:
     """One record that this daemon made."""
 
     path: str
@@ -73,7 +73,7 @@ class Ledger:
         self._read()
 
     @property
-    def entries(self) -> list[Entry]:
+    def entries(self) -> list[LedgerEntry]:
         """Every record that was ever written down and not forgotten, whether or not it is still there, in the order
         of recording."""
         with self._writing:
@@ -89,7 +89,7 @@ class Ledger:
             return
         except OSError as error:
             raise RigError(f"{file}: cannot be looked at, and is nobody's to remove: {error.strerror}") from None
-        entry = Entry(
+        entry = LedgerEntry(
             str(path), seen.st_dev, seen.st_ino, seen.st_size, time.time(), self._operating_s(), seen.st_mtime_ns
         )
         with self._writing:
@@ -124,7 +124,7 @@ class Ledger:
             put_aside(self._path)
             self._broken = False
 
-    def _read(self) -> dict[str, Entry]:
+    def _read(self) -> dict[str, LedgerEntry]:
         """By path, the last entry of each; none of a file that is not there, or is broken."""
         try:
             lines = self._path.read_text(encoding="utf-8").splitlines()
@@ -138,14 +138,14 @@ class Ledger:
         return {entry.path: entry for number, entry in enumerate(entries) if last[entry.path] == number}
 
 
-def _line(entry: Entry) -> str:
+def _line(entry: LedgerEntry) -> str:
     return json.dumps(asdict(entry)) + "\n"
 
 
-def _entry(raw: Any) -> Entry:
+def _entry(raw: Any) -> LedgerEntry:
     if not isinstance(raw, dict):
         raise TypeError("an entry of another kind")
-    entry = Entry(**{key: value for key, value in raw.items() if key not in _NO_MORE})
+    entry = LedgerEntry(**{key: value for key, value in raw.items() if key not in _NO_MORE})
     numbers = (entry.device, entry.inode, entry.size, entry.recorded_s, entry.operating_s, entry.modified_ns)
     if not isinstance(entry.path, str) or not all(isinstance(number, int | float) for number in numbers):
         raise TypeError("an entry of another kind")

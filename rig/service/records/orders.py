@@ -38,7 +38,7 @@ class Mark:
 
 
 @dataclass(frozen=True)
-class Trouble:
+class RecorderTrouble:
     """Word from the recorder while a run goes on: why its file takes nothing at present; empty when it does again."""
 
     run: int

@@ -20,7 +20,7 @@ from rig.realtime.ring import Ring, RingReader
 from rig.realtime.state import State
 from rig.sample import Flag, Phase, Sample, unpack
 from rig.service.processes import name_process
-from rig.service.records.orders import Mark, RunOrder, RunResult, Trouble, message_of
+from rig.service.records.orders import Mark, RecorderTrouble, RunOrder, RunResult, message_of
 
 FLUSH_NS = 250_000_000
 """A kill loses at most this much and one poll, well under the second that is promised."""
@@ -62,7 +62,7 @@ class Recorder:
         self._expected: dict[int, RunOrder] = {}
         self._open: _OpenRun | None = None
         self._lost_before = 0
-        self._told: Trouble | None = None
+        self._told: RecorderTrouble | None = None
         self._over = False
         self._at_once = False
         self._marks: list[Mark] = []
@@ -107,7 +107,7 @@ class Recorder:
             self._tell(self._open.trouble)
         return self._reader.cursor - before
 
-    def _tell(self, trouble: Trouble) -> None:
+    def _tell(self, trouble: RecorderTrouble) -> None:
         """Once, when it changes, and at once: a status that is told at the end of the run comes too late."""
         if trouble is not self._told:
             self._told = trouble
@@ -164,7 +164,7 @@ class _OpenRun:
         self._flushed_ns = time.monotonic_ns()
         self._writer: RunWriter | None = None
         self._cpu_s = time.process_time()
-        self.trouble = Trouble(order.run, "")
+        self.trouble = RecorderTrouble(order.run, "")
         """What stands against the file now."""
         try:
             self._writer = RunWriter(order.path, order.facts, order.attachments)
@@ -223,7 +223,7 @@ class _OpenRun:
 
     def _note_trouble(self, *, final: bool) -> None:
         if (self.trouble.error, self.trouble.final) != (self._result.error, final):
-            self.trouble = Trouble(self.order.run, self._result.error, final)
+            self.trouble = RecorderTrouble(self.order.run, self._result.error, final)
 
     def judge_end(self) -> None:
         """A record that ends in the middle says so, and why it is not valid."""

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from typing import Any, Final
 
 from rig.errors import RigError
-from rig.service.records.ledger import Entry, Ledger
+from rig.service.records.ledger import Ledger, LedgerEntry
 from rig.service.records.operating_time import OperatingTime
 
 NOTICE_S: Final = 86400.0
@@ -36,7 +36,7 @@ class Policy:
         """Nothing ever goes."""
         return self.keep_bytes is None and self.keep_s is None
 
-    def due(self, entries: Iterable[Entry], operating_s: float) -> list[Entry]:
+    def due(self, entries: Iterable[LedgerEntry], operating_s: float) -> list[LedgerEntry]:
         """The records that may go, in the order of recording, of a daemon that has run for `operating_s`: too old, or
         the first of too many bytes. The newest of each session stays."""
         present = [] if self.off else [entry for entry in entries if entry.ours]
@@ -53,7 +53,7 @@ class Policy:
         return due
 
 
-def _newest(present: Iterable[Entry]) -> dict[str, Entry]:
+def _newest(present: Iterable[LedgerEntry]) -> dict[str, LedgerEntry]:
     """The last record of each session."""
     return {entry.session: entry for entry in present}
 
@@ -84,7 +84,7 @@ class Retention:
         except RigError as error:
             _LOG.error("retention: %s", error)
 
-    def turn(self) -> tuple[list[Entry], list[Entry]]:
+    def turn(self) -> tuple[list[LedgerEntry], list[LedgerEntry]]:
         """What is announced now, and what has been removed now; the log has each before anything else can fail.
 
         A record that is not due any more loses its announcement. RigError when the ledger cannot be written.
@@ -118,7 +118,7 @@ class Retention:
         }
 
 
-def _removed(entry: Entry) -> bool:
+def _removed(entry: LedgerEntry) -> bool:
     if not entry.ours:
         return False
     try:

@@ -17,11 +17,11 @@ from rig.realtime.commands import Mailbox
 from rig.realtime.faults import Fault
 from rig.realtime.ring import Ring
 from rig.realtime.safe_state import (
+    LoopVerdict,
     Outcome,
     SafeReport,
     SafeStateAuthority,
     SecondPath,
-    Verdict,
     WatchedProcess,
     Writer,
     look,
@@ -185,12 +185,12 @@ class ProcessWatch:
         verdict = self._needed()
         if self._thread is not None and self._thread.is_alive():
             return
-        if verdict is not Verdict.WATCHING:
+        if verdict is not LoopVerdict.WATCHING:
             self._begin(self._take_over, verdict)
         elif self._unseen():
             self._begin(self._see_for_the_loop)
 
-    def _begin(self, work: Callable[..., None], *given: Verdict) -> None:
+    def _begin(self, work: Callable[..., None], *given: LoopVerdict) -> None:
         self._thread = threading.Thread(target=work, args=given, name="safe-state", daemon=True)
         self._thread.start()
 
@@ -219,19 +219,19 @@ class ProcessWatch:
             self._seen_ns = time.monotonic_ns()
         path.close()
 
-    def _needed(self) -> Verdict:
+    def _needed(self) -> LoopVerdict:
         """How this process has to take over; WATCHING: it has not."""
         if self._loop.is_alive():
             self._gone_ns = 0
-            return Verdict.SILENT if self._deaf() or self._silent() else Verdict.WATCHING
+            return LoopVerdict.SILENT if self._deaf() or self._silent() else LoopVerdict.WATCHING
         if self.answer.safe:
-            return Verdict.WATCHING
+            return LoopVerdict.WATCHING
         now_ns = time.monotonic_ns()
         self._gone_ns = self._gone_ns or now_ns
         grace_ns = _GRACE_S * 1e9 if self._watchers.works(Writer.SUPERVISOR) else 0
-        return Verdict.ENDED if now_ns - self._gone_ns >= grace_ns else Verdict.WATCHING
+        return LoopVerdict.ENDED if now_ns - self._gone_ns >= grace_ns else LoopVerdict.WATCHING
 
-    def _take_over(self, verdict: Verdict) -> None:
+    def _take_over(self, verdict: LoopVerdict) -> None:
         with self._hands:
             path = None if self._second_path is None else self._second_path()
             authority = SafeStateAuthority(Writer.CONTROL, self._watchers.block, self._ring, self._descriptor, path)
@@ -259,7 +259,7 @@ class ProcessWatch:
         how = "" if code is None else f"killed by signal {-code}" if code < 0 else f"exit status {code}"
         if report.writer in (Writer.NOBODY, Writer.LOOP):
             return how
-        what = "hung or was stopped" if report.verdict is Verdict.SILENT else "ended"
+        what = "hung or was stopped" if report.verdict is LoopVerdict.SILENT else "ended"
         seen_ms = (report.seen_ns - report.last_beat_ns) / 1e6
         wrote = (
             f", {'gone' if report.outcome is Outcome.ENDED else 'written'} "

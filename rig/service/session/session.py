@@ -26,7 +26,7 @@ from rig.realtime.ring import CAPACITY, Ring
 from rig.realtime.safe_state import SafeReport, Writer
 from rig.realtime.shared import KEPT_RING, SharedBlock, sweep_stale
 from rig.service.processes import start_process
-from rig.service.records.orders import Mark, RunOrder, RunResult, Trouble
+from rig.service.records.orders import Mark, RecorderTrouble, RunOrder, RunResult
 from rig.service.session.process_watch import PathMaker, ProcessWatch
 from rig.service.session.recorder_end import abandoned, await_end
 from rig.service.session.watchers import WatcherEntry, Watchers, await_ready
@@ -125,7 +125,7 @@ class Session:
         """The files of the runs that the recorder was told of and has given no result for."""
         self.given_up = ""
         """Why the recorder was killed when the session ended; empty when it was not."""
-        self.trouble: Trouble | None = None
+        self.trouble: RecorderTrouble | None = None
         """Why the recorder's file takes nothing at present, as far as `results` has heard."""
 
     def __enter__(self) -> Self:
@@ -220,7 +220,7 @@ class Session:
         with suppress(EOFError, OSError):
             while self._results.poll():
                 word = self._results.recv()
-                if isinstance(word, Trouble):
+                if isinstance(word, RecorderTrouble):
                     self.trouble = word if word.error else None
                 else:
                     self.trouble = None

@@ -37,7 +37,7 @@ _SHOWN_S: Final = 0.05
 
 
 @dataclass(frozen=True)
-class Parts:
+class SessionParts:
     """What the roof gives: the rig, and how its processes are made."""
 
     rig: RigConfig
@@ -62,7 +62,7 @@ class Parts:
 class SessionMonitor:
     """One rig under the daemon."""
 
-    def __init__(self, parts: Parts, force: bool = False, owner: str = "") -> None:
+    def __init__(self, parts: SessionParts, force: bool = False, owner: str = "") -> None:
         """`owner` stands in the ring, which outlives a daemon that is killed."""
         self._parts, self._force, self._owner = parts, force, owner
         self.session: Session | None = None

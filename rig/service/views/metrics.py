@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from rig.errors import RigError
-from rig.outputs import Kind, check_place
+from rig.outputs import OutputKind, check_place
 from rig.realtime.state import State
 
 
@@ -15,7 +15,7 @@ def check_usable(path: Path) -> None:
         import prometheus_client  # noqa: F401
     except ModuleNotFoundError:
         raise RigError("metrics: needs the extra `metrics`: pip install 'pamrig[metrics]'") from None
-    check_place(path, Kind.METRICS)
+    check_place(path, OutputKind.METRICS)
     if path.exists() and not path.is_file():
         raise RigError(f"{path}: cannot be written: it is not a regular file")  # it would be replaced by one
 

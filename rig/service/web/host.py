@@ -21,7 +21,7 @@ from typing import Any, Final
 
 from rig.errors import StateError
 from rig.service.processes import Pauses, is_stopped, start_process
-from rig.service.session.session_monitor import Parts
+from rig.service.session.session_monitor import SessionParts
 from rig.service.settings import DaemonSettings, Web, read_token
 from rig.service.web.orders import BACKLOG, PageOrders
 from rig.service.web.serve import page_process
@@ -81,7 +81,7 @@ def signing_key(folder: Path) -> bytes:
     return key
 
 
-def page_orders(parts: Parts, settings: DaemonSettings) -> PageOrders:
+def page_orders(parts: SessionParts, settings: DaemonSettings) -> PageOrders:
     """What the page's process is told."""
     return PageOrders(
         socket=settings.socket,

@@ -17,21 +17,21 @@ from rig.model.chain import Chain
 from rig.model.parameters import load_model
 from rig.service.connections.places import user_name
 from rig.service.web.access.command_holder import CommandHolder
-from rig.service.web.access.guard import Guard
+from rig.service.web.access.guard import VisitorGuard
 from rig.service.web.access.peers import may_come, owner_of
 from rig.service.web.access.visitors import Guesses, Visitors
 from rig.service.web.files.bringup import BringUp
 from rig.service.web.files.catalogue import Catalogue
 from rig.service.web.files.diagnoses import Diagnoses
-from rig.service.web.files.records import Records
+from rig.service.web.files.records import SessionFolders
 from rig.service.web.orders import PageOrders
 from rig.service.web.routes.actions import Actions
-from rig.service.web.routes.library import Library
+from rig.service.web.routes.library import LibraryRoutes
 from rig.service.web.routes.pages import Pages
 from rig.service.web.routes.studies import Studies
 from rig.service.web.stream.feed import Feed
 from rig.service.web.stream.glance import FRESH_S, glance, lost
-from rig.service.web.stream.link import Link
+from rig.service.web.stream.link import DaemonLink
 from rig.service.web.stream.viewers import Viewers
 from rig.service.web.units import units_of
 from rig.service.web.worker import Worker
@@ -61,11 +61,11 @@ class Site:
             Guesses(),
             CommandHolder(),
         )
-        self._link = Link(orders.socket, self._hear)
+        self._link = DaemonLink(orders.socket, self._hear)
         self._viewers = Viewers(self._command_holder, self._first, self._link.watched)
         self._glance = lost("not heard of the daemon yet")
         self._glanced_s = 0.0
-        self.app = Guard(self._routes(), self._visitors, self._guesses, orders.names, local=orders.local)
+        self.app = VisitorGuard(self._routes(), self._visitors, self._guesses, orders.names, local=orders.local)
 
     def admits(self, peer: tuple[Any, ...], here: tuple[Any, ...]) -> str:
         """Why somebody may not connect; empty when he may. On this machine the kernel knows who it is."""
@@ -90,9 +90,9 @@ class Site:
             self._tell_command_holder,
             self._viewers.tell,
         )
-        records, orders = Records(self._orders.logs), self._orders
+        records, orders = SessionFolders(self._orders.logs), self._orders
         worker = Worker()
-        library = Library(orders.rig, self._sweeps, records, worker)
+        library = LibraryRoutes(orders.rig, self._sweeps, records, worker)
         diagnoses = Diagnoses(orders.state / "diagnoses")
         bringup = BringUp(orders.rig, orders.state / "bringup.json")
         models = Catalogue("model", orders.models)

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from rig.qualify.faults.bench import FaultBench
-from rig.qualify.faults.table import TABLE, Row
+from rig.qualify.faults.table import TABLE, FaultRow
 from rig.qualify.faults.trial import try_row
 from rig.realtime.faults import Fault
 
@@ -22,7 +22,7 @@ def bench(tmp_path_factory: pytest.TempPathFactory) -> Iterator[FaultBench]:
 
 
 @pytest.mark.parametrize("row", TABLE, ids=lambda row: row.name)
-def test_a_fault_ends_as_the_table_says(bench: FaultBench, row: Row) -> None:
+def test_a_fault_ends_as_the_table_says(bench: FaultBench, row: FaultRow) -> None:
     finding = try_row(bench, row)
     assert finding.problem == ""
 
@@ -34,5 +34,5 @@ def test_the_table_names_real_faults_and_each_row_once() -> None:
 
 def test_a_row_that_expects_the_wrong_cause_is_found_out(bench: FaultBench) -> None:
     wrong = next(row for row in TABLE if row.name == "estop")
-    finding = try_row(bench, Row("wrong", "estop", wrong.act, ("BROKEN_WIRE",), 1000.0))
+    finding = try_row(bench, FaultRow("wrong", "estop", wrong.act, ("BROKEN_WIRE",), 1000.0))
     assert finding.problem == "the cause is given as ESTOP, not BROKEN_WIRE"

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from rig.qualify.faults.bench import CLOSED_LOOP, FaultBench
-from rig.qualify.faults.table import CLOSED_LOOP_TABLE, TABLE, Row
+from rig.qualify.faults.table import CLOSED_LOOP_TABLE, TABLE, FaultRow
 from rig.qualify.faults.trial import try_row
 
 TRIED = (
@@ -25,7 +25,7 @@ def bench(tmp_path_factory: pytest.TempPathFactory) -> Iterator[FaultBench]:
 
 
 @pytest.mark.parametrize("row", [row for row in CLOSED_LOOP_TABLE if row.name in TRIED], ids=lambda row: row.name)
-def test_a_fault_in_closed_loop_ends_as_the_table_says(bench: FaultBench, row: Row) -> None:
+def test_a_fault_in_closed_loop_ends_as_the_table_says(bench: FaultBench, row: FaultRow) -> None:
     finding = try_row(bench, row)
     assert finding.problem == ""
 

@@ -15,7 +15,7 @@ import pytest
 
 from rig.cli.qualify.faults import BENCH_NAMES
 from rig.qualify.faults.bench import FaultBench
-from rig.qualify.faults.held import Calibration, Probe, RunBench
+from rig.qualify.faults.held import HeldCalibration, HeldProbe, RunBench
 from rig.qualify.faults.losses import BENCHES, Blow, draw, trials, try_losses
 from rig.qualify.faults.wired import (
     ModbusFaultBench,
@@ -77,7 +77,7 @@ def test_pairs_and_triples_under_a_run(tmp_path: Path) -> None:
         assert [f"{trial}: {trial.problem}" for trial in trials(run, 4, seed=5) if trial.problem] == []
 
 
-@pytest.mark.parametrize("make", [Calibration, Probe])
+@pytest.mark.parametrize("make", [HeldCalibration, HeldProbe])
 def test_pairs_under_a_command_without_a_loop(tmp_path: Path, make: Callable[[Path], FaultBench]) -> None:
     with make(tmp_path) as held:
         assert [f"{trial}: {trial.problem}" for trial in trials(held, 2, seed=6) if trial.problem] == []

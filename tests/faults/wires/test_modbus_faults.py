@@ -12,7 +12,7 @@ from support.rigs import fieldbus_rigs as rigs
 from support.rigs.faulty_modbus import HEALTHY, error_of, made, told
 
 from drivers.modbus_io.device import ModbusIo
-from drivers.modbus_io.settings import AngleChannel, Mode
+from drivers.modbus_io.settings import ExchangeMode, ModbusAngleChannel
 from drivers.modbus_io.stations import Stations
 from hil.emulators.emulation import Emulation
 from rig.errors import DeviceError, DeviceLost
@@ -83,7 +83,7 @@ def test_bad_frames_are_errors_then_heal(running: Emulation, device: ModbusIo, t
 
 def test_every_call_is_bounded_when_the_module_is_silent(tcp: Emulation) -> None:
     """Longer than 5 periods would be pymodbus' own 3 s; the loop must not wait for that."""
-    device = ModbusIo(rigs.modbus_settings(tcp.places["io"], Mode.SEPARATE), rigs.context(period_ns=50_000_000))
+    device = ModbusIo(rigs.modbus_settings(tcp.places["io"], ExchangeMode.SEPARATE), rigs.context(period_ns=50_000_000))
     device.open()
     tcp.trouble("io", silence=True)
     for call in (device.read, lambda: device.write(0.2, 0.2)):
@@ -97,7 +97,7 @@ def test_every_call_is_bounded_when_the_module_is_silent(tcp: Emulation) -> None
 def test_a_late_answer_is_never_taken_for_the_next_ones(tcp: Emulation) -> None:
     """The answer to a read under 0.3 MPa arrives while the next request waits: its number is another, so it is thrown
     away."""
-    device = ModbusIo(rigs.modbus_settings(tcp.places["io"], Mode.SEPARATE, reply_s=0.03), rigs.context())
+    device = ModbusIo(rigs.modbus_settings(tcp.places["io"], ExchangeMode.SEPARATE, reply_s=0.03), rigs.context())
     device.open()
     device.write(0.4, 0.4)
     assert rigs.soon(lambda: abs(device.read().p1_mpa - 0.4) < 0.01)
@@ -147,7 +147,9 @@ def test_not_a_number_from_a_float_module_reaches_nobody(tmp_path: Path) -> None
         "outputs: {address: 100, channels: 2, type: float32, word_order: little, counts: [0, 10], signal: [0, 10]}\n"
     )
     with rigs.served(table, tmp_path) as modules:
-        device = ModbusIo(rigs.modbus_settings(modules.settings["port"], Mode.SEPARATE, map=table), rigs.context())
+        device = ModbusIo(
+            rigs.modbus_settings(modules.settings["port"], ExchangeMode.SEPARATE, map=table), rigs.context()
+        )
         device.open()
         assert device.read().p1_mpa == pytest.approx(0.12, abs=0.001)
         modules.modules[0][1].damage.not_a_number = True
@@ -175,7 +177,7 @@ def test_another_module_than_the_maps_is_refused(tcp: Emulation) -> None:
         dataclasses.replace(
             rigs.modbus_settings(tcp.places["io"]),
             map=rigs.MAPS / "moxa_e1240.yaml",
-            angle=AngleChannel(0, reference_v=5.0),
+            angle=ModbusAngleChannel(0, reference_v=5.0),
         ),
         rigs.context(Role.ANGLE),
     )
@@ -187,7 +189,7 @@ def test_a_module_that_says_another_name_is_refused(tmp_path: Path) -> None:
     other.write_text((rigs.MAPS / "moxa_e1240.yaml").read_text().replace("text: E1240", "text: E1242"))
     with rigs.served(other, tmp_path) as modules:
         settings = rigs.modbus_settings(
-            modules.settings["port"], map=rigs.MAPS / "moxa_e1240.yaml", angle=AngleChannel(0, reference_v=5.0)
+            modules.settings["port"], map=rigs.MAPS / "moxa_e1240.yaml", angle=ModbusAngleChannel(0, reference_v=5.0)
         )
         assert "says 'E1242', but the map is for Moxa ioLogik E1240" in refusal(
             ModbusIo(settings, rigs.context(Role.ANGLE))

@@ -13,7 +13,7 @@ from drivers.io_process.lookup import path_for
 from drivers.io_process.mailbox import attach
 from drivers.mixed import MixedRig
 from drivers.modbus_io.device import ModbusIo
-from drivers.modbus_io.settings import Mode
+from drivers.modbus_io.settings import ExchangeMode
 from hil.emulators.emulation import Emulation
 from rig.errors import DeviceError
 from rig.interfaces import Role
@@ -41,7 +41,7 @@ def rtu() -> Iterator[Emulation]:
     running.trouble("io", dead_unit=-1)
 
 
-def made(running: Emulation, mode: Mode = Mode.AUTO) -> ModbusIo:
+def made(running: Emulation, mode: ExchangeMode = ExchangeMode.AUTO) -> ModbusIo:
     return ModbusIo(rigs.pair_settings(running, mode, patience_s=0.05), rigs.context())
 
 
@@ -66,7 +66,7 @@ def lost(device: ModbusIo) -> Callable[[], bool]:
 
 
 def test_who_comes_from_outside_makes_safe_without_the_input_module(tcp: Emulation) -> None:
-    driving = made(tcp, Mode.SEPARATE)
+    driving = made(tcp, ExchangeMode.SEPARATE)
     driving.open()
     driving.write(0.3, 0.3)
     tcp.unplug("in")
@@ -120,7 +120,7 @@ def test_inputs_are_read_again_after_an_outage_in_which_nothing_was_driven(
     kind: str, request: pytest.FixtureRequest
 ) -> None:
     running: Emulation = request.getfixturevalue(kind)
-    device = made(running, Mode.PROCESS if kind == "tcp" else Mode.AUTO)
+    device = made(running, ExchangeMode.PROCESS if kind == "tcp" else ExchangeMode.AUTO)
     device.open()
 
     def reads() -> bool:
@@ -138,8 +138,8 @@ def test_inputs_are_read_again_after_an_outage_in_which_nothing_was_driven(
     device.close()
 
 
-@pytest.mark.parametrize("mode", [Mode.SEPARATE, Mode.PROCESS])
-def test_a_module_with_valves_only_is_fed_while_nothing_is_driven(mode: Mode) -> None:
+@pytest.mark.parametrize("mode", [ExchangeMode.SEPARATE, ExchangeMode.PROCESS])
+def test_a_module_with_valves_only_is_fed_while_nothing_is_driven(mode: ExchangeMode) -> None:
     """Its watchdog took the safe set-points away from a disarmed rig, which said that they had been seen."""
     running = rigs.wago("valves_only")
     settings = rigs.modbus_settings(running.places["io"], mode, watchdog_s=0.3)
@@ -167,10 +167,12 @@ def test_a_device_that_holds_is_fed_after_another_of_the_rig_was_lost() -> None:
     running, lost = rigs.wago("mixed_valves"), rigs.pair("mixed_inputs")
     clock = MonotonicClock()
     valves = ModbusIo(
-        rigs.modbus_settings(running.places["io"], Mode.SEPARATE, watchdog_s=0.3),
+        rigs.modbus_settings(running.places["io"], ExchangeMode.SEPARATE, watchdog_s=0.3),
         rigs.context(Role.VALVE_1, Role.VALVE_2),
     )
-    inputs = rigs.modbus_settings(lost.places["in"], Mode.SEPARATE, map=rigs.MAPS / "moxa_e1240.yaml", patience_s=0.05)
+    inputs = rigs.modbus_settings(
+        lost.places["in"], ExchangeMode.SEPARATE, map=rigs.MAPS / "moxa_e1240.yaml", patience_s=0.05
+    )
     rest = ModbusIo(inputs, rigs.context(Role.MONITOR_1, Role.MONITOR_2, Role.ANGLE))
     rig = MixedRig([valves, rest], clock, rigs.PERIOD_NS)
     rig.open()

@@ -10,7 +10,7 @@ from support.rigs import fieldbus_rigs as rigs
 from support.rigs.faulty_modbus import error_of, made, told
 
 from drivers.modbus_io.device import ModbusIo
-from drivers.modbus_io.settings import Mode
+from drivers.modbus_io.settings import ExchangeMode
 from hil.emulators.emulation import Emulation
 from rig.errors import DeviceError
 from rig.interfaces import Role
@@ -89,8 +89,8 @@ def test_a_safe_state_written_past_a_line_that_was_lost_stays(tcp: Emulation) ->
     device.close()
 
 
-@pytest.mark.parametrize("mode", [Mode.SEPARATE, Mode.PROCESS])
-def test_who_only_looks_leaves_the_watchdog_of_whoever_drives(tcp: Emulation, mode: Mode) -> None:
+@pytest.mark.parametrize("mode", [ExchangeMode.SEPARATE, ExchangeMode.PROCESS])
+def test_who_only_looks_leaves_the_watchdog_of_whoever_drives(tcp: Emulation, mode: ExchangeMode) -> None:
     """`pamrig devices probe` beside a daemon: when the daemon then dies, its module still lets go."""
     driving = made(tcp, watchdog_s=0.5)
     driving.open()
@@ -133,7 +133,9 @@ def test_fail_safe_registers_get_the_safe_set_points(tmp_path: Path) -> None:
     table = tmp_path / "registers.yaml"
     table.write_text(REGISTERS)
     with rigs.served(table, tmp_path) as modules:
-        device = ModbusIo(rigs.modbus_settings(modules.settings["port"], Mode.SEPARATE, map=table), rigs.context())
+        device = ModbusIo(
+            rigs.modbus_settings(modules.settings["port"], ExchangeMode.SEPARATE, map=table), rigs.context()
+        )
         assert "outputs to the safe set-points after 30 s" in device.open()["failsafe"]
         assert modules.modules[0][1].output_registers()[2:] == [1680, 1520, 60]
         device.close()
@@ -144,7 +146,7 @@ def test_two_devices_on_one_module_keep_each_other_s_fail_safe_register(tmp_path
     table = tmp_path / "registers.yaml"
     table.write_text(REGISTERS)
     with rigs.served(table, tmp_path) as modules:
-        settings = rigs.modbus_settings(modules.settings["port"], Mode.SEPARATE, map=table)
+        settings = rigs.modbus_settings(modules.settings["port"], ExchangeMode.SEPARATE, map=table)
         devices = [ModbusIo(settings, rigs.context(role)) for role in (Role.VALVE_1, Role.VALVE_2)]
         for device in devices:
             device.open()

@@ -20,7 +20,7 @@ import yaml
 from conftest import ROOT
 
 from hil.emulators.nifpga.bitfile import personality
-from hil.emulators.nifpga.board import Wiring
+from hil.emulators.nifpga.board import BoardWiring
 from hil.emulators.nifpga.stand_in import StandIn
 from hil.emulators.world import World
 from rig.model.chain import Chain
@@ -51,7 +51,7 @@ class Lab:
         chain = Chain(load_model(CONFIGS / "models/simulated.yaml"))
         chain.reset(*SAFE)
         self.world = World(chain, MonotonicClock(), commands=SAFE)
-        self.stand_in = StandIn(self.world, folder, RESOURCE, Wiring(), personality())
+        self.stand_in = StandIn(self.world, folder, RESOURCE, BoardWiring(), personality())
         rig = yaml.safe_load((CONFIGS / "rigs/paper_myrio.yaml").read_text())
         rig["devices"]["myrio"] |= {"bitfile": self.stand_in.settings["bitfile"], "resource": RESOURCE}
         # a busy test machine must not end the run before the fault does

@@ -15,10 +15,10 @@ from pathlib import Path
 from drivers.mixed import MixedRig
 from drivers.myrio.device import MyRio
 from drivers.myrio.settings import AngleInput, MyRioSettings, PressureLine
-from drivers.signals import Signal
+from drivers.signals import SignalRange
 from hil.bench import SimulatedRig, SimulatedSettings
 from hil.emulators.nifpga.bitfile import personality
-from hil.emulators.nifpga.board import Line, Wiring
+from hil.emulators.nifpga.board import BoardWiring, Line
 from hil.emulators.nifpga.shared import EVERY_CALL
 from hil.emulators.nifpga.stand_in import StandIn
 from hil.emulators.world import Outputs, World
@@ -156,7 +156,7 @@ def example(folder: Path) -> Iterator[Bench]:
 def myrio(folder: Path) -> Iterator[Bench]:
     """The paper's wiring on connector A, through the real nifpga package."""
     world = World(Lag(), VirtualClock(), commands=LEFT_AT)
-    stand_in = StandIn(world, folder, "RIO0", Wiring(), personality())
+    stand_in = StandIn(world, folder, "RIO0", BoardWiring(), personality())
     settings = MyRioSettings(Path(stand_in.settings["bitfile"]))
     yield _myrio_bench(stand_in, settings, world)
     stand_in.close()
@@ -166,7 +166,7 @@ def myrio(folder: Path) -> Iterator[Bench]:
 def myrio_connector_c(folder: Path) -> Iterator[Bench]:
     """Signed counts: a 0-10 V valve and a 4-20 mA one on connector C, fixed reference for the potentiometer."""
     world = World(Lag(), VirtualClock(), commands=LEFT_AT)
-    wiring = Wiring(
+    wiring = BoardWiring(
         valves=(Line("AO.C_0.VAL", 0.0, 10.0, 0.0, 0.9), Line("AO.C_1.VAL", 1.0, 5.0)),
         monitors=(Line("AI.C_0.VAL", 1.0, 5.0), Line("AI.C_1.VAL", 1.0, 5.0)),
         wiper="AI.A_2.VAL", excitation="", excitation_v=5.0,
@@ -174,10 +174,10 @@ def myrio_connector_c(folder: Path) -> Iterator[Bench]:
     stand_in = StandIn(world, folder, "RIO0", wiring, personality("I16"))
     settings = MyRioSettings(
         Path(stand_in.settings["bitfile"]),
-        valve_1=PressureLine("AO.C_0.VAL", Signal.V_0_10, 0.0, 0.9),
-        valve_2=PressureLine("AO.C_1.VAL", Signal.MA_4_20, units_per_volt=4.0),
-        monitor_1=PressureLine("AI.C_0.VAL", Signal.V_1_5),
-        monitor_2=PressureLine("AI.C_1.VAL", Signal.MA_4_20, units_per_volt=4.0),
+        valve_1=PressureLine("AO.C_0.VAL", SignalRange.V_0_10, 0.0, 0.9),
+        valve_2=PressureLine("AO.C_1.VAL", SignalRange.MA_4_20, units_per_volt=4.0),
+        monitor_1=PressureLine("AI.C_0.VAL", SignalRange.V_1_5),
+        monitor_2=PressureLine("AI.C_1.VAL", SignalRange.MA_4_20, units_per_volt=4.0),
         angle=AngleInput("AI.A_2.VAL", reference_v=5.0),
     )
     yield replace(_myrio_bench(stand_in, settings, world), step_mpa=0.9 / 2048)
@@ -201,7 +201,8 @@ def mixed(folder: Path) -> Iterator[Bench]:
     world = World(Lag(), clock, commands=LEFT_AT)
     first_world, second_world = _Half(world, 1), _Half(world, 2)
     stand_ins = [
-        StandIn(half, folder, f"RIO{n}", Wiring(), personality()) for n, half in enumerate((first_world, second_world))
+        StandIn(half, folder, f"RIO{n}", BoardWiring(), personality())
+        for n, half in enumerate((first_world, second_world))
     ]
     settings = [MyRioSettings(Path(s.settings["bitfile"]), resource=f"RIO{n}") for n, s in enumerate(stand_ins)]
     shares = (

@@ -11,7 +11,7 @@ from pathlib import Path
 from drivers.itv_serial.device import ItvSerial
 from drivers.mixed import MixedRig
 from drivers.modbus_io.device import ModbusIo
-from drivers.modbus_io.settings import AngleChannel, ModbusSettings, Mode
+from drivers.modbus_io.settings import ExchangeMode, ModbusAngleChannel, ModbusSettings
 from hil.emulators.emulation import Emulation
 from rig.interfaces import Device, DeviceContext, Role
 from support.rigs import fieldbus_rigs as rigs
@@ -35,7 +35,7 @@ def _bench(
     )
 
 
-def _modbus(name: str, mode: Mode, baud: int | None = None) -> Callable[[Path], AbstractContextManager[Bench]]:
+def _modbus(name: str, mode: ExchangeMode, baud: int | None = None) -> Callable[[Path], AbstractContextManager[Bench]]:
     @contextmanager
     def factory(folder: Path) -> Iterator[Bench]:
         running = rigs.wago(name, baud)
@@ -55,9 +55,9 @@ def serial_valves(folder: Path) -> Iterator[Bench]:
         rigs.MAPS / "moxa_e1240.yaml",
         "127.0.0.1",
         running.places["io"],
-        angle=AngleChannel(2, excitation=3),
+        angle=ModbusAngleChannel(2, excitation=3),
         patience_s=0.2,
-        mode=Mode.SEPARATE,
+        mode=ExchangeMode.SEPARATE,
     )
 
     def make(context: DeviceContext) -> MixedRig:
@@ -72,7 +72,7 @@ def serial_valves(folder: Path) -> Iterator[Bench]:
 
 FIELDBUS: dict[str, Callable[[Path], AbstractContextManager[Bench]]] = {
     "serial_valves": serial_valves,
-    "modbus_tcp": _modbus("modbus_tcp", Mode.SEPARATE),
-    "modbus_tcp_combined": _modbus("modbus_tcp_combined", Mode.COMBINED),
-    "modbus_rtu": _modbus("modbus_rtu", Mode.AUTO, rigs.BAUD),
+    "modbus_tcp": _modbus("modbus_tcp", ExchangeMode.SEPARATE),
+    "modbus_tcp_combined": _modbus("modbus_tcp_combined", ExchangeMode.COMBINED),
+    "modbus_rtu": _modbus("modbus_rtu", ExchangeMode.AUTO, rigs.BAUD),
 }

@@ -3,7 +3,7 @@
 from collections.abc import Callable
 
 from drivers.modbus_io.device import ModbusIo
-from drivers.modbus_io.settings import Mode
+from drivers.modbus_io.settings import ExchangeMode
 from hil.emulators.emulation import Emulation
 from rig.errors import DeviceError
 from support.rigs import fieldbus_rigs as rigs
@@ -20,7 +20,7 @@ def heal(running: Emulation) -> None:
 
 def made(running: Emulation, **changes: object) -> ModbusIo:
     """Quick to lose patience: the faults are waited for."""
-    mode = Mode.SEPARATE if isinstance(running.places["io"], int) else Mode.AUTO
+    mode = ExchangeMode.SEPARATE if isinstance(running.places["io"], int) else ExchangeMode.AUTO
     return rigs.modbus(running, mode, **{"patience_s": 0.05, **changes})
 
 

@@ -15,11 +15,11 @@ from typing import Any
 
 from drivers.itv_serial.device import ItvSerial, ItvSettings
 from drivers.modbus_io.device import ModbusIo
-from drivers.modbus_io.settings import AngleChannel, ModbusSettings, Mode, PressureChannel, SerialLine
+from drivers.modbus_io.settings import ExchangeMode, ModbusAngleChannel, ModbusSettings, PressureChannel, SerialLine
 from drivers.serial_port import SerialPort
-from drivers.signals import Signal
+from drivers.signals import SignalRange
 from hil.emulators.emulation import Emulation
-from hil.emulators.modbus.module import Wire, Wiring
+from hil.emulators.modbus.module import ModuleWiring, PressureWire
 from hil.emulators.modbus.stand_in import ModbusModules
 from hil.emulators.spec import BusSpec, ModuleSpec, RigSpec, ValveSpec
 from hil.emulators.world import World
@@ -34,13 +34,15 @@ BAUD = 115_200
 PERIOD_NS = 300_000_000
 SAFE = (0.21, 0.19)
 LEFT_AT = (0.12, 0.34)
-WIRING = Wiring(Wire(0), Wire(1), Wire(0, 1.0, 5.0), Wire(1, 1.0, 5.0), wiper=2, excitation=3)
+WIRING = ModuleWiring(
+    PressureWire(0), PressureWire(1), PressureWire(0, 1.0, 5.0), PressureWire(1, 1.0, 5.0), wiper=2, excitation=3
+)
 CHANNELS: dict[str, Any] = {
-    "valve_1": PressureChannel(0, Signal.V_0_10),
-    "valve_2": PressureChannel(1, Signal.V_0_10),
-    "monitor_1": PressureChannel(0, Signal.V_1_5),
-    "monitor_2": PressureChannel(1, Signal.V_1_5),
-    "angle": AngleChannel(2, excitation=3),
+    "valve_1": PressureChannel(0, SignalRange.V_0_10),
+    "valve_2": PressureChannel(1, SignalRange.V_0_10),
+    "monitor_1": PressureChannel(0, SignalRange.V_1_5),
+    "monitor_2": PressureChannel(1, SignalRange.V_1_5),
+    "angle": ModbusAngleChannel(2, excitation=3),
 }
 PATIENT = 1000
 """Periods of silence before an owner is taken for dead."""
@@ -102,13 +104,13 @@ def pair(name: str, baud: int | None = None, kind: str = "plain") -> Emulation:
     The outputs are a Moxa's, or a WAGO coupler's by its `kind`."""
     inputs = replace(WIRING, valve_1=None, valve_2=None)
     table = "wago_750.yaml" if kind == "wago" else "moxa_e1241.yaml"
-    out = ModuleSpec(MAPS / table, Wiring(Wire(0), Wire(1)), kind=kind)
+    out = ModuleSpec(MAPS / table, ModuleWiring(PressureWire(0), PressureWire(1)), kind=kind)
     into = ModuleSpec(MAPS / "moxa_e1240.yaml", inputs, unit=1 if baud is None else 2)
     buses = {"out": BusSpec([out]), "in": BusSpec([into])} if baud is None else {"io": BusSpec([out, into], baud=baud)}
     return emulation(name, RigSpec(MODEL, left_at_mpa=LEFT_AT, buses=buses))
 
 
-def pair_settings(running: Emulation, mode: Mode = Mode.AUTO, **changes: Any) -> ModbusSettings:
+def pair_settings(running: Emulation, mode: ExchangeMode = ExchangeMode.AUTO, **changes: Any) -> ModbusSettings:
     """All roles on the rig `pair`."""
     maps = {"map": MAPS / "moxa_e1241.yaml", "input_map": MAPS / "moxa_e1240.yaml"}
     if "io" in running.places:
@@ -119,12 +121,12 @@ def pair_settings(running: Emulation, mode: Mode = Mode.AUTO, **changes: Any) ->
 
 def valves(name: str, baud: int = BAUD) -> Emulation:
     """Two serial regulators, and an input module with the potentiometer."""
-    bus = BusSpec([ModuleSpec(MAPS / "moxa_e1240.yaml", Wiring(wiper=2, excitation=3))])
+    bus = BusSpec([ModuleSpec(MAPS / "moxa_e1240.yaml", ModuleWiring(wiper=2, excitation=3))])
     ports = {"valve_1": ValveSpec(baud), "valve_2": ValveSpec(baud)}
     return emulation(name, RigSpec(MODEL, left_at_mpa=LEFT_AT, valves=ports, buses={"io": bus}))
 
 
-def modbus_settings(place: int | str, mode: Mode = Mode.AUTO, **changes: Any) -> ModbusSettings:
+def modbus_settings(place: int | str, mode: ExchangeMode = ExchangeMode.AUTO, **changes: Any) -> ModbusSettings:
     """All roles on one module, on TCP at a port or on RTU at a device; a slow test machine wakes no watchdog."""
     where: dict[str, Any] = (
         {"host": "127.0.0.1", "port": place} if isinstance(place, int) else {"serial": SerialLine(place, BAUD, "N", 2)}
@@ -175,7 +177,7 @@ def served(table: Path, folder: Path) -> Iterator[ModbusModules]:
 VALVE_ROLES = (Role.VALVE_1, Role.VALVE_2, Role.MONITOR_1, Role.MONITOR_2)
 
 
-def modbus(running: Emulation, mode: Mode = Mode.SEPARATE, **changes: Any) -> ModbusIo:
+def modbus(running: Emulation, mode: ExchangeMode = ExchangeMode.SEPARATE, **changes: Any) -> ModbusIo:
     """A closed device on the rig `wago`."""
     return ModbusIo(modbus_settings(running.places["io"], mode, **changes), context())
 

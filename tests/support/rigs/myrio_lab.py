@@ -7,7 +7,7 @@ import pytest
 
 from drivers.myrio.device import MyRio
 from drivers.myrio.settings import MyRioSettings
-from hil.emulators.nifpga.board import Wiring
+from hil.emulators.nifpga.board import BoardWiring
 from hil.emulators.nifpga.stand_in import StandIn
 from hil.emulators.world import World
 from rig.errors import RigError
@@ -56,7 +56,7 @@ class Lab:
 def lab_with(folder: Path, registers: list, resource: str = "RIO0") -> Lab:
     clock, plant = VirtualClock(), Turning()
     world = World(plant, clock, commands=(0.12, 0.34))
-    stand_in = StandIn(world, folder, resource, Wiring(), registers)
+    stand_in = StandIn(world, folder, resource, BoardWiring(), registers)
     settings = MyRioSettings(Path(stand_in.settings["bitfile"]), resource)
     return Lab(stand_in, world, plant, clock, settings, DeviceContext(clock, frozenset(Role), 0.2, 0.2))
 

@@ -12,7 +12,7 @@ from typing import Any
 import psutil
 import pytest
 
-from rig.app.gap.hunt_folder import Hunt, Step
+from rig.app.gap.hunt_folder import Hunt, HuntStep
 from rig.qualify.faults.bench import FaultBench
 from support import browsers
 from support.rigs.patient_rig import BY_THE_MACHINE, PATIENT
@@ -67,9 +67,12 @@ def a_past(diagnoses: Path, logs: Path) -> None:
         (folder / "asked.json").write_text(json.dumps(asked | {"asked_s": at_s, "recorded_s": at_s - 3600.0}))
         (folder / "found.json").write_text(json.dumps(found(day)))
         (folder / "report.html").write_text(f"<!doctype html><title>{day}</title><h1>Report of day {day}</h1>")
-    first = Step("step_1.yaml", "parts delay from friction", 2.5, "step_1", (("delay", 0.55), ("valve_lag", 0.4)))
-    last = Step("step_2.yaml", f"parts delay from {MARKUP}", 1.2, "step_2", (("delay", 0.97),))
-    for name, steps, ended in (("hunt_a", (first, last), "named"), ("hunt_b", (first, Step("s.yaml", "y", 4.0)), "")):
+    first = HuntStep("step_1.yaml", "parts delay from friction", 2.5, "step_1", (("delay", 0.55), ("valve_lag", 0.4)))
+    last = HuntStep("step_2.yaml", f"parts delay from {MARKUP}", 1.2, "step_2", (("delay", 0.97),))
+    for name, steps, ended in (
+        ("hunt_a", (first, last), "named"),
+        ("hunt_b", (first, HuntStep("s.yaml", "y", 4.0)), ""),
+    ):
         (logs / name).mkdir(parents=True)
         Hunt(logs / name, {}, steps, ended).save()
 

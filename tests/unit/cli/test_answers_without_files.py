@@ -13,9 +13,9 @@ from support.records.made_logs import made_log
 from rig.app import compose
 from rig.app.gap import hunting
 from rig.app.gap.diagnosing import Campaign
-from rig.app.gap.hunt_folder import Hunt, Step
+from rig.app.gap.hunt_folder import Hunt, HuntStep
 from rig.app.runs import replaying, sweeping
-from rig.app.runs.outcome import Outcome
+from rig.app.runs.outcome import RunOutcome
 from rig.cli.commands import cli
 from rig.errors import CheckFailed, Interrupted, RecordError, RigError
 from rig.gap import diagnosis as diagnosing
@@ -73,17 +73,17 @@ def test_what_was_diagnosed_is_said_where_a_file_cannot_be_written(
     assert (tmp_path / "gap.json").exists() == (lost == "page")
 
 
-FAULTY = Outcome([RunResult(1, Path("sine.mcap"), ticks=9, fault=Fault.NOT_FOLLOWING)], 1)
-STOPPED = Outcome([], 1, interrupted=True)
+FAULTY = RunOutcome([RunResult(1, Path("sine.mcap"), ticks=9, fault=Fault.NOT_FOLLOWING)], 1)
+STOPPED = RunOutcome([], 1, interrupted=True)
 NO_JSON = "/dev/full: cannot be written: No space left on device"
 
 
 @pytest.mark.parametrize(("came", "kind", "begins"), [
     (FAULTY, CheckFailed, "sine.mcap: NOT_FOLLOWING"), (STOPPED, Interrupted, "interrupted"),
-    (Outcome([], 0), RigError, ""),
+    (RunOutcome([], 0), RigError, ""),
 ])  # fmt: skip
 def test_what_became_of_the_rig_is_told_where_its_result_cannot_be_written(
-    monkeypatch: pytest.MonkeyPatch, came: Outcome, kind: type[Exception], begins: str
+    monkeypatch: pytest.MonkeyPatch, came: RunOutcome, kind: type[Exception], begins: str
 ) -> None:
     """The disk's error hid the fault, and with it the exit status 1."""
     monkeypatch.setattr(sweeping, "run_sweep", lambda *_: came)
@@ -105,7 +105,7 @@ def test_a_fault_in_a_replay_is_told_where_the_comparison_cannot_be_written(
 ) -> None:
     recording = min(Path("tests/replay").glob("*.mcap"), key=lambda path: path.stat().st_size)
 
-    def faulty(*given: Any) -> Outcome:
+    def faulty(*given: Any) -> RunOutcome:
         outcome = carry_out(*given)
         outcome.runs[0].fault = Fault.NOT_FOLLOWING
         return outcome
@@ -139,7 +139,7 @@ def test_what_a_hunt_has_learnt_is_said_where_its_notes_cannot_be_written(
 ) -> None:
     """The thought after the last sweep was lost with them."""
     asked = a_hunt(tmp_path)
-    Hunt(tmp_path, asked.asked, (Step("step_1.yaml", "first", 1.0, "step_1_records"),)).save()
+    Hunt(tmp_path, asked.asked, (HuntStep("step_1.yaml", "first", 1.0, "step_1_records"),)).save()
     thought = SimpleNamespace(names=(("delay", 0.97),), settled="named", diagnosis=FOUND, grounds=None)
 
     def refused(_: Hunt) -> None:
@@ -148,7 +148,7 @@ def test_what_a_hunt_has_learnt_is_said_where_its_notes_cannot_be_written(
     monkeypatch.setattr(hunting, "think", lambda *_: thought)
     monkeypatch.setattr(hunting, "write_page", full)
     monkeypatch.setattr(Hunt, "save", refused)
-    heard: list[Step] = []
+    heard: list[HuntStep] = []
     told: list[hunting.Hunted] = []
     with pytest.raises(RigError, match=r"hunt\.json: cannot be written"):
         hunting.hunt_and_tell(asked, lambda _: True, heard.append, told.append)

@@ -18,7 +18,7 @@ from drivers.calibration import Calibration, parse_all
 from drivers.myrio.device import MyRio
 from drivers.myrio.settings import MyRioSettings
 from hil.emulators.nifpga.bitfile import personality
-from hil.emulators.nifpga.board import Wiring
+from hil.emulators.nifpga.board import BoardWiring
 from hil.emulators.nifpga.shared import READ
 from hil.emulators.nifpga.stand_in import StandIn
 from hil.emulators.world import World
@@ -52,7 +52,7 @@ class Lab:
 @pytest.fixture
 def lab(tmp_path: Path) -> Iterator[Lab]:
     clock = MonotonicClock()
-    stand_in = StandIn(World(Lag(), clock, commands=SAFE), tmp_path, "RIO0", Wiring(), personality())
+    stand_in = StandIn(World(Lag(), clock, commands=SAFE), tmp_path, "RIO0", BoardWiring(), personality())
     settings = MyRioSettings(Path(stand_in.settings["bitfile"]))
     # a period no pause of a busy test machine can exceed
     yield Lab(stand_in, MyRio(settings, DeviceContext(clock, frozenset(Role), *SAFE, period_ns=1_000_000_000)))

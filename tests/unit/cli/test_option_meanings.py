@@ -10,14 +10,14 @@ from support.click_tree import parameters
 
 from rig.cli.commands import cli
 from rig.cli.outputs import Output
-from rig.outputs import Kind
+from rig.outputs import OutputKind
 
 MODEL = "configs/models/simulated.yaml"
 ASKED_BY = {
-    Kind.JSON: {"--json"},
-    Kind.PAGE: {"--html"},
-    Kind.FIGURE: {"--figure", "-o"},
-    Kind.FOLDER: {"--figures", "-o"},
+    OutputKind.JSON: {"--json"},
+    OutputKind.PAGE: {"--html"},
+    OutputKind.FIGURE: {"--figure", "-o"},
+    OutputKind.FOLDER: {"--figures", "-o"},
 }
 """What is written -> the options by which that is asked for; the rest of what is written is a command's -o."""
 BESIDE = {"log plot"}
@@ -49,18 +49,18 @@ def test_an_option_takes_the_same_wherever_it_stands() -> None:
 
 
 @pytest.mark.parametrize("wanted", ASKED_BY)
-def test_what_is_written_is_asked_for_by_one_name(wanted: Kind) -> None:
+def test_what_is_written_is_asked_for_by_one_name(wanted: OutputKind) -> None:
     for command, option in ALL:
         if isinstance(option.type, Output) and option.type.kind is wanted:
             assert option.opts[0] in ASKED_BY[wanted], command
-            assert wanted is not Kind.FIGURE or (option.opts[0] == "-o") == (command in BESIDE), command
+            assert wanted is not OutputKind.FIGURE or (option.opts[0] == "-o") == (command in BESIDE), command
 
 
 def test_an_output_says_whether_it_is_a_file_or_a_folder() -> None:
     for command, option in ALL:
         if not isinstance(option.type, Output):
             continue
-        told = "OUT" if option.type.or_folder else "DIR" if option.type.kind is Kind.FOLDER else None
+        told = "OUT" if option.type.or_folder else "DIR" if option.type.kind is OutputKind.FOLDER else None
         assert told is None or option.metavar == told, (command, option.opts)
         assert told is not None or option.metavar not in ("OUT", "DIR"), (command, option.opts)
 

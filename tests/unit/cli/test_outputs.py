@@ -18,7 +18,7 @@ from rig.cli.outputs import Command, Output
 from rig.errors import RigError
 from rig.log.convert import write_content
 from rig.log.reader import read
-from rig.outputs import Kind, check_apart, check_place, file_name, targets_in, write_text, writing
+from rig.outputs import OutputKind, check_apart, check_place, file_name, targets_in, write_text, writing
 
 WRITES = {
     "json",
@@ -131,19 +131,19 @@ def test_two_outputs_are_two_files(log: Path, tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("kind", "name", "own"),
     [
-        (Kind.JSON, "x.json", b'{"a": 1}'),
-        (Kind.PAGE, "x.html", b"<!doctype html>"),
-        (Kind.FIGURE, "x.png", b"\x89PNG\r\n"),
-        (Kind.FIGURE, "x.svg", b"<?xml?><svg>"),
-        (Kind.FIGURE, "x.pdf", b"%PDF-1.4"),
-        (Kind.MODEL, "x.yaml", b"# mine\nmuscle:\n  kind: bw\n"),
-        (Kind.SWEEP, "x.yaml", b"name: x\nrecords: []\n"),
-        (Kind.CALIBRATION, "x.yaml", b"# By\nangle: {}\n"),
-        (Kind.TABLE, "x.csv", b"record,rmse_deg\n"),
-        (Kind.TABLE, "x.md", b"| record | rmse_deg |\n"),
+        (OutputKind.JSON, "x.json", b'{"a": 1}'),
+        (OutputKind.PAGE, "x.html", b"<!doctype html>"),
+        (OutputKind.FIGURE, "x.png", b"\x89PNG\r\n"),
+        (OutputKind.FIGURE, "x.svg", b"<?xml?><svg>"),
+        (OutputKind.FIGURE, "x.pdf", b"%PDF-1.4"),
+        (OutputKind.MODEL, "x.yaml", b"# mine\nmuscle:\n  kind: bw\n"),
+        (OutputKind.SWEEP, "x.yaml", b"name: x\nrecords: []\n"),
+        (OutputKind.CALIBRATION, "x.yaml", b"# By\nangle: {}\n"),
+        (OutputKind.TABLE, "x.csv", b"record,rmse_deg\n"),
+        (OutputKind.TABLE, "x.md", b"| record | rmse_deg |\n"),
     ],
 )
-def test_a_file_is_replaced_by_its_own_kind_only(tmp_path: Path, kind: Kind, name: str, own: bytes) -> None:
+def test_a_file_is_replaced_by_its_own_kind_only(tmp_path: Path, kind: OutputKind, name: str, own: bytes) -> None:
     place = tmp_path / name
     for there, allowed in ((own, True), (b"", True), (b"t_s,dp_cmd_mpa\n0,0\n", False), (b"\x89MCAP0\r\n", False)):
         place.write_bytes(there)
@@ -158,19 +158,19 @@ def test_a_file_is_replaced_by_its_own_kind_only(tmp_path: Path, kind: Kind, nam
 
 
 OWN_KIND = {
-    "models": {Kind.MODEL},
-    "rigs": {Kind.RIG},
-    "sweeps": {Kind.SWEEP},
-    "references": {Kind.SWEEP},
-    "imports": {Kind.MAPPING},
+    "models": {OutputKind.MODEL},
+    "rigs": {OutputKind.RIG},
+    "sweeps": {OutputKind.SWEEP},
+    "references": {OutputKind.SWEEP},
+    "imports": {OutputKind.MAPPING},
     "modbus": set(),
 }
 
 
-def replaceable_by(path: Path) -> set[Kind]:
+def replaceable_by(path: Path) -> set[OutputKind]:
     """The kinds that may take the place of this file."""
     found = set()
-    for kind in set(Kind) - {Kind.FOLDER, Kind.FIGURE}:
+    for kind in set(OutputKind) - {OutputKind.FOLDER, OutputKind.FIGURE}:
         with contextlib.suppress(RigError):
             check_place(path, kind)
             found.add(kind)
@@ -186,18 +186,18 @@ def test_each_file_of_our_own_has_one_kind(folder: str) -> None:
 @pytest.mark.parametrize(
     ("name", "text", "kinds"),
     [
-        ("hunt.json", '{\n "version": 1,\n "asked": {},\n "steps": []\n}\n', {Kind.HUNT}),
+        ("hunt.json", '{\n "version": 1,\n "asked": {},\n "steps": []\n}\n', {OutputKind.HUNT}),
         ("sealed.json", '{\n "cases": 3,\n "format": "pamrig blind check 2"\n}\n', set()),
         ("thesis.ipynb", '{"cells": [], "nbformat": 4}', set()),
         ("records.jsonl", '{"path": "x"}\n', set()),
         ("notes.md", "# Monday\n\nThe left muscle leaks.\n", set()),
-        ("results.md", "# Results\n\n| a | b |\n|---|---|\n| 1 | 2 |\n", {Kind.PAGE}),
-        ("scores.md", "| record | rmse_deg |\n| --- | --- |\n", {Kind.PAGE, Kind.TABLE}),
-        ("pamrig.prom", "# HELP pamrig_state x\n", {Kind.METRICS}),
+        ("results.md", "# Results\n\n| a | b |\n|---|---|\n| 1 | 2 |\n", {OutputKind.PAGE}),
+        ("scores.md", "| record | rmse_deg |\n| --- | --- |\n", {OutputKind.PAGE, OutputKind.TABLE}),
+        ("pamrig.prom", "# HELP pamrig_state x\n", {OutputKind.METRICS}),
         ("other.prom", "# HELP node_load1 x\n", set()),
     ],
 )
-def test_what_is_kept_for_later_is_no_result(tmp_path: Path, name: str, text: str, kinds: set[Kind]) -> None:
+def test_what_is_kept_for_later_is_no_result(tmp_path: Path, name: str, text: str, kinds: set[OutputKind]) -> None:
     (tmp_path / name).write_text(text)
     assert replaceable_by(tmp_path / name) == kinds
 
@@ -213,7 +213,7 @@ def test_a_recording_is_not_taken_for_what_it_keeps_of_rig_sweep_and_model(tmp_p
         assert replaceable_by(place) == set()
         if suffix == ".svg":
             with pytest.raises(RigError, match="is not a figure"):
-                check_place(place, Kind.FIGURE)
+                check_place(place, OutputKind.FIGURE)
 
 
 @pytest.mark.parametrize(
@@ -228,12 +228,12 @@ def test_facts_beside_an_exported_table_are_part_of_the_recording(tmp_path: Path
     aside = tmp_path / "x.csv-metadata.json"
     aside.write_text("{}")
     with pytest.raises(RigError, match="is not overwritten"):
-        write_text(aside, "[]", Kind.JSON)
+        write_text(aside, "[]", OutputKind.JSON)
 
 
 def interrupted(place: Path) -> None:
     """Ctrl-C in the middle of writing."""
-    with writing(place, Kind.JSON) as part:
+    with writing(place, OutputKind.JSON) as part:
         part.write_text("[1,")
         raise KeyboardInterrupt
 
@@ -245,7 +245,7 @@ def test_a_file_is_there_whole_or_as_it_was(tmp_path: Path) -> None:
     with pytest.raises(KeyboardInterrupt):
         interrupted(place)
     assert place.read_text() == "{}"
-    write_text(place, "[1]", Kind.JSON)
+    write_text(place, "[1]", OutputKind.JSON)
     assert (place.read_text(), stat.S_IMODE(place.stat().st_mode)) == ("[1]", 0o640)
     assert [path.name for path in tmp_path.iterdir()] == ["x.json"]
 
@@ -262,10 +262,10 @@ def test_identify_says_that_its_model_takes_the_place_of_another(log: Path, tmp_
 def test_a_link_stays_a_link_and_a_device_a_device(tmp_path: Path) -> None:
     (tmp_path / "real.json").write_text("{}")
     (tmp_path / "link.json").symlink_to("real.json")
-    write_text(tmp_path / "link.json", "[2]", Kind.JSON)
+    write_text(tmp_path / "link.json", "[2]", OutputKind.JSON)
     assert (tmp_path / "link.json").is_symlink()
     assert (tmp_path / "real.json").read_text() == "[2]"
-    write_text(Path("/dev/null"), "[3]", Kind.JSON)
+    write_text(Path("/dev/null"), "[3]", OutputKind.JSON)
     assert stat.S_ISCHR(os.stat("/dev/null").st_mode)
     check_apart([("--json", Path("/dev/null")), ("--html", Path("/dev/null"))], [])
 
@@ -329,5 +329,5 @@ def test_a_folder_named_in_another_encoding_is_read_and_told(log: Path, tmp_path
     said, status = run("validate", MODEL, named, "--figures", figures)
     assert status == 0, said
     assert r"gr\udcf6sse.mcap" in (figures / "scores.csv").read_text()
-    write_text(page, f"<!doctype html>{day}", Kind.PAGE)
+    write_text(page, f"<!doctype html>{day}", OutputKind.PAGE)
     assert r"Messung_\udcfc" in page.read_text()

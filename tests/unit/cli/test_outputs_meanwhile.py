@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from rig.errors import RigError
-from rig.outputs import Kind, writing
+from rig.outputs import OutputKind, writing
 
 
 def no_links(*_: object, **__: object) -> None:
@@ -18,10 +18,14 @@ def no_links(*_: object, **__: object) -> None:
 @pytest.mark.parametrize("links", [True, False])
 @pytest.mark.parametrize(
     ("kind", "there"),
-    [(Kind.MODEL, "# notes of the day\n"), (Kind.RECORDING, "\x89MCAP0\n"), (Kind.JSON, "muscle:\n  kind: mbw\n")],
+    [
+        (OutputKind.MODEL, "# notes of the day\n"),
+        (OutputKind.RECORDING, "\x89MCAP0\n"),
+        (OutputKind.JSON, "muscle:\n  kind: mbw\n"),
+    ],
 )
 def test_what_appears_at_the_place_meanwhile_is_not_overwritten(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, kind: Kind, there: str, links: bool
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, kind: OutputKind, there: str, links: bool
 ) -> None:
     if not links:
         monkeypatch.setattr(os, "link", no_links)
@@ -45,7 +49,7 @@ def test_what_becomes_another_kind_meanwhile_is_not_overwritten(tmp_path: Path) 
     place.write_text("{}")
 
     def meanwhile() -> None:
-        with writing(place, Kind.JSON) as part:
+        with writing(place, OutputKind.JSON) as part:
             part.write_text("[]")
             place.write_text("notes")
 
@@ -62,7 +66,7 @@ def test_a_file_of_its_own_kind_that_appears_meanwhile_is_replaced(
         monkeypatch.setattr(os, "link", no_links)
     place = tmp_path / "result.json"
     for there in ("", "{}"):
-        with writing(place, Kind.JSON) as part:
+        with writing(place, OutputKind.JSON) as part:
             part.write_text("[1]")
             if there:
                 place.write_text(there)

@@ -16,7 +16,7 @@ from rig.app.devices.new_rig import PATTERNS
 from rig.cli.commands import COMMANDS, cli
 from rig.cli.completion import OURS, SUFFIXES, WRITTEN, with_files
 from rig.errors import ConfigError
-from rig.outputs import Kind
+from rig.outputs import OutputKind
 
 
 def called(*words: object) -> dict[str, object]:
@@ -234,7 +234,7 @@ def every_command(command: click.Command) -> list[click.Command]:
 
 
 def test_every_parameter_that_takes_a_file_says_which() -> None:
-    assert set(WRITTEN) == set(Kind)
+    assert set(WRITTEN) == set(OutputKind)
     assert set(OURS) <= set(SUFFIXES)
     context = click.Context(cli)
     read = {

@@ -10,19 +10,19 @@ from support.records.made_logs import made_content
 
 from rig.log import exchange
 from rig.log.reader import SUFFIXES, holds_logs
-from rig.outputs import Kind, writing
+from rig.outputs import OutputKind, writing
 
 STRUCK = """
 import os, signal, sys
 from pathlib import Path
 from rig.cli.completion import completion
 from rig.cli.main import main
-from rig.outputs import Kind, writing
+from rig.outputs import OutputKind, writing
 
 signal.signal(signal.SIGHUP, signal.{before})  # whoever runs the tests may have had it ignored
 
 def strike(**_):
-    with writing(Path("out/x.json"), Kind.JSON) as part:
+    with writing(Path("out/x.json"), OutputKind.JSON) as part:
         part.write_text("[1]")
         os.kill(os.getpid(), signal.{sent})
 
@@ -50,7 +50,7 @@ def test_under_nohup_a_closed_terminal_ends_nothing(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("suffix", SUFFIXES)
 def test_what_a_killed_command_would_leave_is_no_log_of_its_folder(tmp_path: Path, suffix: str) -> None:
-    with writing(tmp_path / f"x{suffix}", Kind.RECORDING) as part:
+    with writing(tmp_path / f"x{suffix}", OutputKind.RECORDING) as part:
         part.write_text("t_s,dp_cmd_mpa\n")
         assert not holds_logs(tmp_path)
     assert holds_logs(tmp_path)

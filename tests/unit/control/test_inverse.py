@@ -8,11 +8,11 @@ import pytest
 from rig.app import shipped
 from rig.control.feedforward import Inverter, envelope_box
 from rig.control.frequency_response import best_linear_approximation
-from rig.control.inverse import ANYTHING, Box, Inverse, invert
+from rig.control.inverse import ANYTHING, DpBounds, Inverse, invert
 from rig.control.plant import Plant, plant_of
 from rig.errors import EnvelopeError
 from rig.excite.experiment import RunPlan
-from rig.excite.reference import Reference, tracking
+from rig.excite.reference import AngleReference, tracking
 from rig.excite.signals import Mixed, Signal, Sine, Triangle
 from rig.gains import ClosedLoop
 from rig.model.parameters import AddedEffect, Model, load_model
@@ -35,11 +35,11 @@ def model() -> Model:
 
 
 def plan_of(shape: Signal, amplitude_deg: float) -> RunPlan:
-    made = tracking(Reference(shape, amplitude_deg), LEAD, TICKS, PERIOD_NS, ClosedLoop(0.001))
+    made = tracking(AngleReference(shape, amplitude_deg), LEAD, TICKS, PERIOD_NS, ClosedLoop(0.001))
     return RunPlan("wanted", 0.2, made.feedforward_mpa[LEAD:], 0, 100, LEAD, 0, tracking=made)
 
 
-def inverse_of(plant: Plant, shape: Signal, amplitude_deg: float = 25.0, box: Box = ANYTHING) -> Inverse:
+def inverse_of(plant: Plant, shape: Signal, amplitude_deg: float = 25.0, box: DpBounds = ANYTHING) -> Inverse:
     followed = plan_of(shape, amplitude_deg).tracking
     assert followed is not None
     response = best_linear_approximation(plant, 0.2)
@@ -87,14 +87,14 @@ def test_the_error_never_grows(model: Model) -> None:
 
 
 def test_set_points_outside_the_box_are_never_proposed(model: Model) -> None:
-    box = Box(-0.08, 0.08, 0.002)
+    box = DpBounds(-0.08, 0.08, 0.002)
     found = inverse_of(plant_of(model, 0.2, PERIOD_NS), Sine(0.5, 1.0), box=box)
     assert box.holds(found.dp_mpa)
     assert found.rms_deg > 1.0
 
 
 def test_the_envelope_leaves_twice_what_the_nearer_limit_leaves() -> None:
-    assert envelope_box(Limits(pressure_mpa=(0.0, 0.5), slew_mpa_s=5.0), 0.2, PERIOD_NS) == Box(-0.4, 0.4, 0.05)
+    assert envelope_box(Limits(pressure_mpa=(0.0, 0.5), slew_mpa_s=5.0), 0.2, PERIOD_NS) == DpBounds(-0.4, 0.4, 0.05)
     assert envelope_box(Limits(pressure_mpa=(0.0, 0.5), slew_mpa_s=5.0), 0.3, PERIOD_NS).high_mpa == pytest.approx(0.4)
 
 
@@ -102,7 +102,7 @@ def test_the_envelope_leaves_twice_what_the_nearer_limit_leaves() -> None:
 def test_a_reference_that_cannot_be_followed_is_refused_with_what_can(
     model: Model, amplitude_deg: float, fits: bool
 ) -> None:
-    box = Box(-0.2, 0.2, 0.05)
+    box = DpBounds(-0.2, 0.2, 0.05)
     inverter = Inverter(plant_of(model, 0.2, PERIOD_NS), box)
     plan = plan_of(Sine(0.5, 1.0), amplitude_deg)
     if fits:

@@ -19,7 +19,7 @@ from drivers.calibration import (
     wiper_position,
 )
 from drivers.fitting import Form, Measured, calibrate, fit_line, fit_pieces, fit_points, furthest_point
-from drivers.signals import Signal, Span
+from drivers.signals import SignalRange, Span
 from rig.errors import ConfigError
 from rig.interfaces import DeviceContext, Role
 from rig.realtime.clock import VirtualClock
@@ -85,13 +85,13 @@ def test_the_potentiometer_knows_its_dead_zone_and_an_open_wire() -> None:
 
 
 def test_nominal_values_know_the_live_zero() -> None:
-    monitor = nominal(Span(Signal.V_1_5))
+    monitor = nominal(Span(SignalRange.V_1_5))
     assert curve(monitor.knots)(3.0) == pytest.approx(0.25)
     assert monitor.is_broken(0.0)
     assert monitor.is_broken(math.nan)
     assert not monitor.is_broken(0.76)  # 6 % of the span below the live zero: off, not broken
     assert monitor.is_suspect(5.6)
-    assert not nominal(Span(Signal.V_0_5)).is_broken(0.0)
+    assert not nominal(Span(SignalRange.V_0_5)).is_broken(0.0)
 
 
 def test_a_line_is_least_squares_with_its_uncertainty() -> None:
@@ -123,7 +123,7 @@ def test_the_point_to_look_at_again_is_named() -> None:
     found = furthest_point(calibrate(Role.MONITOR_1, Measured(points), "2026-11-21", "points.yaml"))
     assert found is not None
     assert found == (3, pytest.approx(0.49))
-    assert furthest_point(nominal(Span(Signal.V_1_5))) is None
+    assert furthest_point(nominal(Span(SignalRange.V_1_5))) is None
 
 
 @pytest.mark.parametrize(
@@ -160,7 +160,7 @@ def test_the_potentiometer_is_calibrated_behind_its_load() -> None:
 def test_a_regulator_is_calibrated_from_command_to_pressure_whatever_its_device() -> None:
     """At a command of 0.4 MPa the gauge showed 0.38: for 0.38 MPa the device must send what 0.4 MPa nominally is."""
     stored = Calibration([(0.0, 0.0), (0.4, 0.38)], raw_unit="MPa")
-    for signal, volts in ((Signal.V_0_5, 4.0), (Signal.V_0_10, 8.0)):
+    for signal, volts in ((SignalRange.V_0_5, 4.0), (SignalRange.V_0_10, 8.0)):
         found = for_role(context(valve_1=stored), Role.VALVE_1, nominal(Span(signal)))
         assert inverse(found.knots)(0.38) == pytest.approx(volts)
 
@@ -181,7 +181,7 @@ def test_what_no_working_regulator_does_is_no_calibration(points: list[tuple[flo
             calibrate(Role.VALVE_1, Measured(points, form), "2026-11-21", "points.yaml")
     stored = {"knots": [list(point) for point in points], "raw_unit": "MPa"}
     with pytest.raises(ConfigError, match=says):
-        for_role(context(valve_1=stored), Role.VALVE_1, nominal(Span(Signal.V_0_5)))
+        for_role(context(valve_1=stored), Role.VALVE_1, nominal(Span(SignalRange.V_0_5)))
 
 
 @pytest.mark.parametrize(
@@ -201,18 +201,20 @@ def test_what_no_monitor_of_that_span_does_is_no_calibration(knots: list[tuple[f
     """By points of another range the guard took 0.5 MPa in a muscle for 0.3 MPa."""
     with pytest.raises(ConfigError, match=f"calibration: monitor_1: .*{says}"):
         for_role(
-            context(monitor_1={"knots": [list(knot) for knot in knots]}), Role.MONITOR_1, nominal(Span(Signal.V_1_5))
+            context(monitor_1={"knots": [list(knot) for knot in knots]}),
+            Role.MONITOR_1,
+            nominal(Span(SignalRange.V_1_5)),
         )
 
 
 @pytest.mark.parametrize(("span_mpa", "off_mpa"), [(0.5, 0.049), (1.0, 0.099)])
 def test_a_monitor_may_be_off_by_a_tenth_of_its_span(span_mpa: float, off_mpa: float) -> None:
     stored = {"knots": [[1.0, off_mpa], [5.0, span_mpa + off_mpa]], "raw_unit": "V"}
-    found = for_role(context(monitor_1=stored), Role.MONITOR_1, nominal(Span(Signal.V_1_5, high_mpa=span_mpa)))
+    found = for_role(context(monitor_1=stored), Role.MONITOR_1, nominal(Span(SignalRange.V_1_5, high_mpa=span_mpa)))
     assert curve(found.knots)(1.0) == off_mpa
     stored = {"knots": [[1.0, off_mpa + 0.002], [5.0, span_mpa + off_mpa + 0.002]], "raw_unit": "V"}
     with pytest.raises(ConfigError, match="a monitor is at most"):
-        for_role(context(monitor_1=stored), Role.MONITOR_1, nominal(Span(Signal.V_1_5, high_mpa=span_mpa)))
+        for_role(context(monitor_1=stored), Role.MONITOR_1, nominal(Span(SignalRange.V_1_5, high_mpa=span_mpa)))
 
 
 def test_a_serial_monitor_is_held_to_its_counts() -> None:
@@ -223,7 +225,7 @@ def test_a_serial_monitor_is_held_to_its_counts() -> None:
 
 def test_a_regulator_calibrated_in_its_signal_is_held_to_the_same() -> None:
     with pytest.raises(ConfigError, match=r"a command of 0\.5 MPa gave 0\.3 MPa"):
-        for_role(context(valve_1={"knots": [[0.0, 0.0], [5.0, 0.3]]}), Role.VALVE_1, nominal(Span(Signal.V_0_5)))
+        for_role(context(valve_1={"knots": [[0.0, 0.0], [5.0, 0.3]]}), Role.VALVE_1, nominal(Span(SignalRange.V_0_5)))
 
 
 def test_a_regulator_a_few_per_cent_off_is_calibrated() -> None:
@@ -236,17 +238,17 @@ def test_a_regulator_a_few_per_cent_off_is_calibrated() -> None:
 
 def test_a_calibrated_monitor_keeps_its_live_zero() -> None:
     stored = {"knots": [[1.05, 0.0], [5.1, 0.5]], "raw_unit": "V"}
-    found = for_role(context(monitor_1=stored), Role.MONITOR_1, nominal(Span(Signal.V_1_5)))
+    found = for_role(context(monitor_1=stored), Role.MONITOR_1, nominal(Span(SignalRange.V_1_5)))
     assert found.broken_below == 0.5
     assert curve(found.knots)(1.05) == 0.0
 
 
 @pytest.mark.parametrize(
     ("signal", "broken_below", "least"),
-    [(Signal.V_1_5, 0.2, "0.2 V"), (Signal.MA_4_20, 0.8, "0.8 mA"), (Signal.V_0_5, None, "")],
+    [(SignalRange.V_1_5, 0.2, "0.2 V"), (SignalRange.MA_4_20, 0.8, "0.8 mA"), (SignalRange.V_0_5, None, "")],
 )
 def test_a_calibration_cannot_switch_off_what_tells_a_broken_wire(
-    signal: Signal, broken_below: float | None, least: str
+    signal: SignalRange, broken_below: float | None, least: str
 ) -> None:
     """Zero did, without a word. A signal that starts at zero has no such limit, whatever is given."""
     knots = [list(knot) for knot in Span(signal).knots()]
@@ -293,7 +295,7 @@ def test_an_open_wire_of_the_potentiometer_is_no_angle_whatever_is_calibrated(
 )
 def test_a_calibration_that_does_not_fit_is_one_line(stored: object, says: str) -> None:
     with pytest.raises(ConfigError, match=says) as caught:
-        for_role(context(monitor_2=stored), Role.MONITOR_2, nominal(Span(Signal.V_1_5)))
+        for_role(context(monitor_2=stored), Role.MONITOR_2, nominal(Span(SignalRange.V_1_5)))
     assert str(caught.value).startswith("calibration: monitor_2:")
     assert "\n" not in str(caught.value)
 
@@ -313,8 +315,8 @@ def test_old_and_missing_calibrations_are_warned_about(date: str, says: str | No
 
 
 def test_signals_and_spans_have_ends() -> None:
-    span = Span(Signal.MA_4_20, 0.005, 0.9)
+    span = Span(SignalRange.MA_4_20, 0.005, 0.9)
     assert (span.clamp_signal(3.0), span.clamp_signal(30.0)) == (4.0, 20.0)
     assert (span.clamp_mpa(-1.0), span.clamp_mpa(1.0)) == (0.005, 0.9)
     with pytest.raises(ValueError, match="below"):
-        Span(Signal.V_0_5, 0.5, 0.5)
+        Span(SignalRange.V_0_5, 0.5, 0.5)

@@ -10,8 +10,8 @@ import pytest
 
 from drivers.io_process import mailbox as mailboxes
 from drivers.io_process import worker as workers
-from drivers.io_process.mailbox import LinkState, Mailbox, Mode, Report, Trip
-from drivers.io_process.worker import Exchange, Job, Worker
+from drivers.io_process.mailbox import IoMailbox, LinkState, OutputsMode, Report, Trip
+from drivers.io_process.worker import Exchange, Worker, WorkerSetup
 from rig.errors import DeviceError, DeviceLost
 
 SAFE = (409.0,)
@@ -57,10 +57,10 @@ class ScriptedLink:
 
 
 @pytest.fixture
-def box(tmp_path: Path) -> Mailbox:
+def box(tmp_path: Path) -> IoMailbox:
     descriptor = mailboxes.create(tmp_path / "box")
     assert descriptor is not None
-    return Mailbox(descriptor)
+    return IoMailbox(descriptor)
 
 
 @pytest.fixture
@@ -76,21 +76,21 @@ def link() -> ScriptedLink:
 
 
 @pytest.fixture
-def worker(link: ScriptedLink, box: Mailbox, clock: Clock) -> Worker:
-    worker = Worker(link, box, Job("scripted", {}, SAFE, SILENCE_NS))
+def worker(link: ScriptedLink, box: IoMailbox, clock: Clock) -> Worker:
+    worker = Worker(link, box, WorkerSetup("scripted", {}, SAFE, SILENCE_NS))
     assert worker.connect()
     return worker
 
 
-def drive(box: Mailbox, clock: Clock, count: float) -> int:
-    return box.post_order(clock.ns, Mode.DRIVE, (count,))
+def drive(box: IoMailbox, clock: Clock, count: float) -> int:
+    return box.post_order(clock.ns, OutputsMode.DRIVE, (count,))
 
 
-def test_notes_arrive_whole_and_the_newest_replaces_the_rest(box: Mailbox) -> None:
-    assert box.order().mode is Mode.NONE
+def test_notes_arrive_whole_and_the_newest_replaces_the_rest(box: IoMailbox) -> None:
+    assert box.order().mode is OutputsMode.NONE
     for number in range(1, 6):
-        assert box.post_order(10 * number, Mode.DRIVE, (1.5, float(number))) == number
-    assert box.order() == (5, 50, Mode.DRIVE, (1.5, 5.0))
+        assert box.post_order(10 * number, OutputsMode.DRIVE, (1.5, float(number))) == number
+    assert box.order() == (5, 50, OutputsMode.DRIVE, (1.5, 5.0))
     report = Report(
         7,
         LinkState.DOWN,
@@ -111,9 +111,9 @@ def test_notes_arrive_whole_and_the_newest_replaces_the_rest(box: Mailbox) -> No
     assert box.report() == report
 
 
-def test_a_torn_note_is_never_believed(box: Mailbox) -> None:
+def test_a_torn_note_is_never_believed(box: IoMailbox) -> None:
     """Every byte of the current slot in turn: the reader keeps to what it had."""
-    box.post_order(1, Mode.SAFE, (1.0,))
+    box.post_order(1, OutputsMode.SAFE, (1.0,))
     before = box.order()
     number = box.order_note.number[0]
     at = box.order_note.slots[number & 1]
@@ -124,7 +124,7 @@ def test_a_torn_note_is_never_believed(box: Mailbox) -> None:
     assert box.order() == before
 
 
-def test_long_texts_are_cut_not_spilled(box: Mailbox) -> None:
+def test_long_texts_are_cut_not_spilled(box: IoMailbox) -> None:
     box.post_report(Report(text="x" * 5000))
     assert set(box.report().text) == {"x"}
 
@@ -153,7 +153,7 @@ def test_a_mailbox_that_cannot_be_made_is_one_line(tmp_path: Path) -> None:
         mailboxes.create(tmp_path / "none" / "box")
 
 
-def test_only_the_newest_set_point_is_written(worker: Worker, link: ScriptedLink, box: Mailbox, clock: Clock) -> None:
+def test_only_the_newest_set_point_is_written(worker: Worker, link: ScriptedLink, box: IoMailbox, clock: Clock) -> None:
     for count in (1.0, 2.0, 3.0):
         drive(box, clock, count)
     worker.turn()
@@ -165,7 +165,7 @@ def test_only_the_newest_set_point_is_written(worker: Worker, link: ScriptedLink
 
 
 def test_before_the_first_order_nothing_is_written(
-    worker: Worker, link: ScriptedLink, box: Mailbox, clock: Clock
+    worker: Worker, link: ScriptedLink, box: IoMailbox, clock: Clock
 ) -> None:
     for _ in range(3):
         clock.ns += 10 * SILENCE_NS
@@ -174,7 +174,7 @@ def test_before_the_first_order_nothing_is_written(
     assert box.report().trip is Trip.NONE
 
 
-def test_a_silent_owner_is_taken_for_dead(worker: Worker, link: ScriptedLink, box: Mailbox, clock: Clock) -> None:
+def test_a_silent_owner_is_taken_for_dead(worker: Worker, link: ScriptedLink, box: IoMailbox, clock: Clock) -> None:
     drive(box, clock, 700.0)
     worker.turn()
     clock.ns += SILENCE_NS
@@ -190,7 +190,7 @@ def test_a_silent_owner_is_taken_for_dead(worker: Worker, link: ScriptedLink, bo
 
 
 def test_a_driving_owner_that_dies_leaves_safe_outputs(
-    worker: Worker, link: ScriptedLink, box: Mailbox, clock: Clock
+    worker: Worker, link: ScriptedLink, box: IoMailbox, clock: Clock
 ) -> None:
     drive(box, clock, 700.0)
     worker.turn()
@@ -203,20 +203,20 @@ def test_a_driving_owner_that_dies_leaves_safe_outputs(
 
 
 def test_an_owner_that_lets_go_leaves_its_outputs(
-    worker: Worker, link: ScriptedLink, box: Mailbox, clock: Clock
+    worker: Worker, link: ScriptedLink, box: IoMailbox, clock: Clock
 ) -> None:
     drive(box, clock, 700.0)
     worker.turn()
-    box.post_order(clock.ns, Mode.RELEASED, ())
+    box.post_order(clock.ns, OutputsMode.RELEASED, ())
     worker.orphan()
     assert worker.finished
     assert link.sent == [(700.0,)]
 
 
-def test_a_safe_order_outlives_its_owner(worker: Worker, link: ScriptedLink, box: Mailbox, clock: Clock) -> None:
+def test_a_safe_order_outlives_its_owner(worker: Worker, link: ScriptedLink, box: IoMailbox, clock: Clock) -> None:
     drive(box, clock, 700.0)
     worker.turn()
-    box.post_order(clock.ns, Mode.SAFE, SAFE)
+    box.post_order(clock.ns, OutputsMode.SAFE, SAFE)
     worker.orphan()
     assert not worker.finished
     worker.turn()
@@ -225,7 +225,7 @@ def test_a_safe_order_outlives_its_owner(worker: Worker, link: ScriptedLink, box
 
 
 def test_an_alarm_from_outside_is_obeyed_in_every_mode_and_latched(
-    worker: Worker, link: ScriptedLink, box: Mailbox, clock: Clock
+    worker: Worker, link: ScriptedLink, box: IoMailbox, clock: Clock
 ) -> None:
     count = box.raise_alarm()
     worker.turn()
@@ -240,22 +240,22 @@ def test_an_alarm_from_outside_is_obeyed_in_every_mode_and_latched(
     assert box.report().alarm_done == count
 
 
-def test_an_alarm_from_before_the_first_turn_is_heard(link: ScriptedLink, box: Mailbox, clock: Clock) -> None:
+def test_an_alarm_from_before_the_first_turn_is_heard(link: ScriptedLink, box: IoMailbox, clock: Clock) -> None:
     count = box.raise_alarm()
-    late = Worker(link, box, Job("scripted", {}, SAFE, SILENCE_NS))
+    late = Worker(link, box, WorkerSetup("scripted", {}, SAFE, SILENCE_NS))
     assert late.connect()
     late.turn()
     assert (link.sent, box.report().alarm_done) == ([SAFE], count)
 
 
 def test_safe_outputs_count_as_confirmed_from_the_device_s_word_until_something_else_may_follow(
-    worker: Worker, link: ScriptedLink, box: Mailbox, clock: Clock
+    worker: Worker, link: ScriptedLink, box: IoMailbox, clock: Clock
 ) -> None:
     drive(box, clock, SAFE[0])
     worker.turn()
     assert box.report().holds_safe
     assert not box.confirmed, "the owner still drives"
-    box.post_order(clock.ns, Mode.SAFE, SAFE)
+    box.post_order(clock.ns, OutputsMode.SAFE, SAFE)
     assert not box.confirmed, "ordered, and not answered for yet"
     worker.turn()
     assert box.confirmed
@@ -269,7 +269,7 @@ def test_safe_outputs_count_as_confirmed_from_the_device_s_word_until_something_
 
 
 def test_single_failures_are_counted_and_the_line_is_kept(
-    worker: Worker, link: ScriptedLink, box: Mailbox, clock: Clock
+    worker: Worker, link: ScriptedLink, box: IoMailbox, clock: Clock
 ) -> None:
     link.fail = DeviceError("garbled")
     for _ in range(4):
@@ -281,7 +281,7 @@ def test_single_failures_are_counted_and_the_line_is_kept(
 
 
 def test_an_outage_while_driving_ends_safe_as_soon_as_the_line_is_back(
-    worker: Worker, link: ScriptedLink, box: Mailbox, clock: Clock
+    worker: Worker, link: ScriptedLink, box: IoMailbox, clock: Clock
 ) -> None:
     drive(box, clock, 700.0)
     worker.turn()
@@ -308,7 +308,7 @@ def test_a_lost_line_is_tried_again_but_not_without_pause(worker: Worker, link: 
 
 
 def test_an_orphan_gives_up_on_a_line_that_stays_dead(
-    worker: Worker, link: ScriptedLink, box: Mailbox, clock: Clock
+    worker: Worker, link: ScriptedLink, box: IoMailbox, clock: Clock
 ) -> None:
     drive(box, clock, 700.0)
     worker.turn()
@@ -323,7 +323,7 @@ def test_an_orphan_gives_up_on_a_line_that_stays_dead(
     assert 150 <= turns <= 250, "about two seconds"
 
 
-def test_a_refused_first_connection_is_final_and_says_why(link: ScriptedLink, box: Mailbox, clock: Clock) -> None:
+def test_a_refused_first_connection_is_final_and_says_why(link: ScriptedLink, box: IoMailbox, clock: Clock) -> None:
     link.fail = DeviceError("no such port")
-    assert not Worker(link, box, Job("scripted", {}, SAFE, SILENCE_NS)).connect()
+    assert not Worker(link, box, WorkerSetup("scripted", {}, SAFE, SILENCE_NS)).connect()
     assert (box.report().state, box.report().text) == (LinkState.REFUSED, "no such port")

@@ -12,9 +12,9 @@ import pytest
 from drivers.io_process import lookup
 from drivers.io_process import mailbox as mailboxes
 from drivers.io_process.alarm import alarm, confirmed
-from drivers.io_process.mailbox import LinkState, Mailbox, Mode, Report
+from drivers.io_process.mailbox import IoMailbox, LinkState, OutputsMode, Report
 from drivers.io_process.owner import IoProcess
-from drivers.io_process.worker import Job
+from drivers.io_process.worker import WorkerSetup
 from rig.errors import DeviceLost
 
 STRANGER = 54321
@@ -53,7 +53,7 @@ def test_root_reaches_the_io_process_of_any_user(served_by_another: tuple[str, P
     assert found[0] == path
     found[1].close()
     with pytest.raises(DeviceLost, match="in use by another I/O process of user "):
-        IoProcess(resource, Job("m", {}, (), 0), Job("m", {}, (), 0), 1).start()
+        IoProcess(resource, WorkerSetup("m", {}, (), 0), WorkerSetup("m", {}, (), 0), 1).start()
     os.close(descriptor)
     assert lookup.find(resource) is None
 
@@ -67,7 +67,7 @@ def test_another_users_io_process_is_named_and_takes_no_orders(
     for call in (
         lambda: alarm(resource, 0.0),
         lambda: confirmed(resource),
-        lambda: IoProcess(resource, Job("m", {}, (), 0), Job("m", {}, (), 0), 1).start(),
+        lambda: IoProcess(resource, WorkerSetup("m", {}, (), 0), WorkerSetup("m", {}, (), 0), 1).start(),
     ):
         with pytest.raises(DeviceLost, match=r"served by an I/O process of user .*, which takes no orders from user "):
             call()
@@ -120,7 +120,7 @@ def test_no_signal_goes_to_a_process_that_is_not_the_mailbox_s_user_s(tmp_path: 
     assert descriptor is not None
     if os.getuid() == 0:
         os.fchown(descriptor, STRANGER, -1)
-    box = Mailbox(descriptor)
+    box = IoMailbox(descriptor)
     box.served_by(1, 0)
     with box.process() as found:
         assert found is None
@@ -129,7 +129,7 @@ def test_no_signal_goes_to_a_process_that_is_not_the_mailbox_s_user_s(tmp_path: 
 def test_the_process_behind_one_s_own_mailbox_is_reached(tmp_path: Path) -> None:
     descriptor = mailboxes.create(tmp_path / "box")
     assert descriptor is not None
-    box = Mailbox(descriptor)
+    box = IoMailbox(descriptor)
     box.served_by(os.getpid(), 0)
     with box.process() as found:
         assert found is not None
@@ -164,13 +164,13 @@ def test_what_is_no_mailbox_keeps_nobody_from_the_wire(
 def test_numbers_that_no_process_of_ours_writes_are_no_news(tmp_path: Path) -> None:
     descriptor = mailboxes.create(tmp_path / "box")
     assert descriptor is not None
-    box = Mailbox(descriptor)
-    box.post_order(1, Mode.DRIVE, (1.0,))
+    box = IoMailbox(descriptor)
+    box.post_order(1, OutputsMode.DRIVE, (1.0,))
     box.post_report(Report(state=LinkState.UP))
-    assert (box.order().mode, box.report().state) == (Mode.DRIVE, LinkState.UP)
+    assert (box.order().mode, box.report().state) == (OutputsMode.DRIVE, LinkState.UP)
     box.post_order(2, 77, ())  # type: ignore[arg-type]
     box.post_report(Report(state=77))  # type: ignore[arg-type]
-    assert (box.order().mode, box.report().state) == (Mode.DRIVE, LinkState.UP)
+    assert (box.order().mode, box.report().state) == (OutputsMode.DRIVE, LinkState.UP)
 
 
 def test_another_user_s_file_is_not_taken_for_a_mailbox_of_one_s_own(

@@ -13,12 +13,12 @@ from drivers.itv_serial.device import ItvSerial, ItvSettings
 from drivers.modbus_io import failsafe
 from drivers.modbus_io.codec import decode, encode, rtu_exchange_s, to_counts
 from drivers.modbus_io.device import ModbusIo
-from drivers.modbus_io.maps import Block, ModuleMap, Type, load_map
+from drivers.modbus_io.maps import ChannelRun, ModuleMap, Type, load_map
 from drivers.modbus_io.plan import Write, make_plan
-from drivers.modbus_io.settings import AngleChannel, ModbusSettings, Mode, PressureChannel, SerialLine
+from drivers.modbus_io.settings import ExchangeMode, ModbusAngleChannel, ModbusSettings, PressureChannel, SerialLine
 from drivers.modbus_io.stations import Stations
 from drivers.serial_port import SerialPort
-from drivers.signals import Signal
+from drivers.signals import SignalRange
 from rig.config import structure
 from rig.errors import ConfigError
 from rig.interfaces import Role
@@ -26,7 +26,7 @@ from rig.interfaces import Role
 ALL = frozenset(Role)
 
 
-def counts(block: Block | None, signal: float) -> int:
+def counts(block: ChannelRun | None, signal: float) -> int:
     """The register that stands for a signal."""
     assert block
     return encode(block, [to_counts(block, signal)])[0]
@@ -181,10 +181,13 @@ def settings(**changes: Any) -> ModbusSettings:
         ({"valve_2": None}, "valve_2 is wanted from 127.0.0.1:502, but its channel is not set"),
         ({"valve_2": PressureChannel(4)}, "output channel 4 does not exist; allowed: 0 .. 3"),
         ({"valve_2": PressureChannel(0)}, "both valves on output channel 0"),
-        ({"valve_1": PressureChannel(0, Signal.MA_4_20)}, "a signal of 4-20 mA does not fit an output of 0 .. 10 V"),
-        ({"angle": AngleChannel(7, reference_v=5.0)}, "angle.wiper: .* has no input channel 7; allowed: 0 .. 3"),
-        ({"angle": AngleChannel(1, reference_v=5.0)}, "monitor_2 and angle.wiper are both on input channel 1"),
-        ({"monitor_2": PressureChannel(0, Signal.V_1_5)}, "monitor_1 and monitor_2 are both on input channel 0"),
+        (
+            {"valve_1": PressureChannel(0, SignalRange.MA_4_20)},
+            "a signal of 4-20 mA does not fit an output of 0 .. 10 V",
+        ),
+        ({"angle": ModbusAngleChannel(7, reference_v=5.0)}, "angle.wiper: .* has no input channel 7; allowed: 0 .. 3"),
+        ({"angle": ModbusAngleChannel(1, reference_v=5.0)}, "monitor_2 and angle.wiper are both on input channel 1"),
+        ({"monitor_2": PressureChannel(0, SignalRange.V_1_5)}, "monitor_1 and monitor_2 are both on input channel 0"),
         ({"map": rigs.MAPS / "moxa_e1241.yaml"}, "angle.wiper: Moxa ioLogik E1241 has no inputs"),
         ({"map": rigs.MAPS / "nothing.yaml"}, "no such file"),
     ],
@@ -254,16 +257,16 @@ def test_the_rtu_wire() -> None:
     assert rtu_exchange_s(115200, 11, 8, 13) == pytest.approx(21 * 11 / 115200 + 0.0035)
     line = SerialLine("/dev/ttyS0", 115200)
     assert line.bits_per_byte == 11
-    both = make_plan(settings(host="", serial=line, mode=Mode.AUTO), ALL).round_s(line)
+    both = make_plan(settings(host="", serial=line, mode=ExchangeMode.AUTO), ALL).round_s(line)
     assert both == pytest.approx(rtu_exchange_s(115200, 11, 17, 13))
-    split = make_plan(settings(host="", serial=line, mode=Mode.AUTO, map=rigs.MAPS / "adam_6024.yaml"), ALL).round_s(
-        line
-    )
+    split = make_plan(
+        settings(host="", serial=line, mode=ExchangeMode.AUTO, map=rigs.MAPS / "adam_6024.yaml"), ALL
+    ).round_s(line)
     assert split == pytest.approx(rtu_exchange_s(115200, 11, 8, 13) + rtu_exchange_s(115200, 11, 13, 8))
 
 
 def test_a_float_that_is_too_large_is_clamped_not_an_error() -> None:
-    block = Block(0, 1, (0.0, 10.0), type=Type.FLOAT32)
+    block = ChannelRun(0, 1, (0.0, 10.0), type=Type.FLOAT32)
     assert decode(block, encode(block, [1e300])) == [10.0]
 
 

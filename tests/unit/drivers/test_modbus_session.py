@@ -4,7 +4,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from drivers.modbus_io.session import Session
+from drivers.modbus_io.session import ModbusSession
 from rig.errors import DeviceError, DeviceLost
 
 
@@ -12,7 +12,7 @@ def test_a_refused_register_is_named_in_both_ways_that_manuals_write_it() -> Non
     refusal = SimpleNamespace(isError=lambda: True, exception_code=2)
     client = SimpleNamespace(connected=True, read_holding_registers=lambda *_, **__: refusal)
     with pytest.raises(DeviceError) as error:
-        Session(client, "wago:502").read(3, 8210, 1, 1)
+        ModbusSession(client, "wago:502").read(3, 8210, 1, 1)
     said = (
         "wago:502: reading 1 registers at address 8210 (0x2012): exception 2: it has no such register: wrong "
         "map, or wrong module"
@@ -55,7 +55,7 @@ class Answering:
 
 @pytest.mark.parametrize("waiting", [0, 260, 3 * 260])
 def test_late_replies_are_thrown_away_before_the_next_exchange(waiting: int) -> None:
-    session = Session(client := Answering(waiting), "module:502")
+    session = ModbusSession(client := Answering(waiting), "module:502")
     session.doubtful = True
     assert session.read(3, 0, 1, 1) == [7]
     assert not client.closed
@@ -63,7 +63,7 @@ def test_late_replies_are_thrown_away_before_the_next_exchange(waiting: int) -> 
 
 def test_a_module_that_never_stops_sending_is_lost_and_holds_up_no_tick() -> None:
     """Throwing away what came went on for as long as something came: a quarter of a second at once, on a fast line."""
-    session = Session(client := Answering(1 << 20), "module:502")
+    session = ModbusSession(client := Answering(1 << 20), "module:502")
     session.doubtful = True
     with pytest.raises(DeviceLost, match=r"^module:502: it sends without being asked$"):
         session.read(3, 0, 1, 1)

@@ -14,7 +14,7 @@ import pytest
 from support.rigs.myrio_lab import COMMUNICATION_TIMEOUT, FPGA_BUSY, INVALID_SESSION, Lab, lab_with, refused
 
 from drivers.myrio.settings import AngleInput, FurtherInput, PressureLine
-from drivers.signals import Signal
+from drivers.signals import SignalRange
 from hil.emulators.nifpga.bitfile import guarded_personality, numbered, personality, write_bitfile
 from hil.emulators.nifpga.shared import CONTROL, OPEN, READ, WRITE
 from rig.errors import ConfigError, DeviceError, DeviceLost
@@ -60,7 +60,7 @@ def test_connector_c_never_goes_below_its_signal(tmp_path: Path, datatype: str) 
     """A 0-10 V regulator on a +-10 V output: the negative half must stay out of reach, whatever the calibration
     says."""
     lab = lab_with(tmp_path, personality(datatype))
-    line = PressureLine("AO.C_0.VAL", Signal.V_0_10)
+    line = PressureLine("AO.C_0.VAL", SignalRange.V_0_10)
     lab.context = replace(
         lab.context, calibration={"valve_1": {"knots": [[0.1, 0.06], [0.5, 0.46]], "raw_unit": "MPa"}}
     )
@@ -82,7 +82,7 @@ def test_limits_and_heartbeat_go_to_the_fpga_where_it_has_them(tmp_path: Path) -
     limits = {"limit_min": "RIG.LIMIT.AO.A_{}.MIN", "limit_max": "RIG.LIMIT.AO.A_{}.MAX"}
     lines = {
         f"valve_{n + 1}": PressureLine(
-            f"AO.A_{n}.VAL", Signal.V_0_5, **{key: name.format(n) for key, name in limits.items()}
+            f"AO.A_{n}.VAL", SignalRange.V_0_5, **{key: name.format(n) for key, name in limits.items()}
         )
         for n in range(2)
     }

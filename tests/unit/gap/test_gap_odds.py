@@ -12,7 +12,7 @@ from rig.app.gap.study.odds import with_odds
 from rig.blind_check.folder import CheckFolder
 from rig.cli.gap.study import odds
 from rig.errors import RecordError
-from rig.gap.odds import Judgement, Truth, fit_odds, log_likelihood
+from rig.gap.odds import FactorTruth, Judgement, fit_odds, log_likelihood
 from rig.gap.settings import Odds, fitted
 
 SHARES = (0.6, 0.1, 0.3)
@@ -27,7 +27,7 @@ def drawn(count: int, seed: int, odds: Odds) -> list[Judgement]:
         logs += np.array([odds.none, odds.unknown, 0.0])
         stated = np.exp(logs - np.logaddexp.reduce(logs))
         none, unknown, _ = stated
-        judged.append(Judgement(Truth(truth), float(none), float(unknown), float(stated[truth])))
+        judged.append(Judgement(FactorTruth(truth), float(none), float(unknown), float(stated[truth])))
     return judged
 
 
@@ -53,7 +53,9 @@ def test_every_family_counts_alike_however_many_cases_it_brings() -> None:
 
 def test_of_an_effect_its_own_name_counts_and_no_other() -> None:
     """Both say that it is something of the library, one by another name."""
-    wrong, right = (log_likelihood([Judgement(Truth.EFFECT, 0.1, 0.2, said)], Odds(), Odds()) for said in (0.1, 0.7))
+    wrong, right = (
+        log_likelihood([Judgement(FactorTruth.EFFECT, 0.1, 0.2, said)], Odds(), Odds()) for said in (0.1, 0.7)
+    )
     assert wrong - right == pytest.approx(np.log(0.1 / 0.7), abs=1e-3)
 
 
@@ -64,10 +66,12 @@ def two_factors(count: int, seed: int, odds: Odds, together: float) -> list[Judg
     for _ in range(count):
         other = random.random() < 0.5
         effect = 0.1 * np.exp(together * other)
-        truth = Truth.EFFECT if random.random() < effect / (1.0 + effect) else Truth.NONE
-        log = random.normal(0.0, 1.5) + (1.1 if truth is Truth.EFFECT else -1.1) - odds.none
+        truth = FactorTruth.EFFECT if random.random() < effect / (1.0 + effect) else FactorTruth.NONE
+        log = random.normal(0.0, 1.5) + (1.1 if truth is FactorTruth.EFFECT else -1.1) - odds.none
         none = 1.0 / (1.0 + np.exp(log))
-        judged.append(Judgement(truth, none, 0.0, none if truth is Truth.NONE else 1.0 - none, 0.0 if other else 1.0))
+        judged.append(
+            Judgement(truth, none, 0.0, none if truth is FactorTruth.NONE else 1.0 - none, 0.0 if other else 1.0)
+        )
     return judged
 
 
@@ -80,7 +84,7 @@ def test_how_much_faults_come_together_comes_out(together: float) -> None:
 
 
 def test_a_factor_beside_which_nothing_was_found_is_judged_as_before() -> None:
-    one = Judgement(Truth.EFFECT, 0.9, 0.01, 0.08, alone=1.0)
+    one = Judgement(FactorTruth.EFFECT, 0.9, 0.01, 0.08, alone=1.0)
     assert log_likelihood([one], Odds(), Odds(together=3.0)) == log_likelihood([one], Odds(), Odds())
     beside = replace(one, alone=0.0)
     gained = log_likelihood([beside], Odds(), Odds(together=3.0)) - log_likelihood([beside], Odds(), Odds())

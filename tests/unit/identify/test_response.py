@@ -5,7 +5,7 @@ import pytest
 
 from rig.identify.response.response_fit import (
     Drive,
-    Line,
+    RegulatorRecord,
     corrected_misfit_mpa,
     fit_balance,
     fit_bank,
@@ -45,7 +45,7 @@ def test_a_regulator_is_found_again(truth: tuple[float, float, float], skipped: 
     for frequency in (0.2, 0.5, 0.8):
         u, _ = set_points(frequency)
         used = (np.arange(len(u)) >= skipped).astype(float)
-        lines.append(Line(DT_S, u, regulated(u, *truth, DT_S) + 0.01 + rng.normal(0.0, 2e-4, len(u)), used))
+        lines.append(RegulatorRecord(DT_S, u, regulated(u, *truth, DT_S) + 0.01 + rng.normal(0.0, 2e-4, len(u)), used))
     found = fit_regulator(lines)
     assert found == pytest.approx(truth, abs=2e-3), "a monitor's offset changes nothing"
     none = np.zeros(REGULATOR_TERMS)

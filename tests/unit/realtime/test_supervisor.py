@@ -15,12 +15,12 @@ import pytest
 from rig.errors import ConfigError, DeviceError
 from rig.realtime.ring import Ring, RingWriter
 from rig.realtime.safe_state import (
+    LoopVerdict,
     Outcome,
     SafeBlock,
     SafeReport,
     SafeStateAuthority,
     SecondPath,
-    Verdict,
     WatchedProcess,
     Writer,
 )
@@ -87,9 +87,9 @@ def rig() -> Iterator[Rig]:
 def test_a_killed_loop_is_seen_without_waiting_for_its_heartbeat(rig: Rig) -> None:
     rig.writer.beat(ahead_ns=60_000_000_000)
     threading.Timer(0.05, rig.process.kill).start()
-    assert rig.supervisor().run() is Verdict.ENDED
+    assert rig.supervisor().run() is LoopVerdict.ENDED
     report = rig.block.best()
-    assert (report.writer, report.verdict, report.outcome) == (Writer.SUPERVISOR, Verdict.ENDED, Outcome.SEEN)
+    assert (report.writer, report.verdict, report.outcome) == (Writer.SUPERVISOR, LoopVerdict.ENDED, Outcome.SEEN)
     assert rig.alive_when_safe == [False]
     assert report.confirmed_ns >= report.written_ns >= report.seen_ns > 0
 
@@ -101,7 +101,7 @@ def test_a_silent_loop_is_ended_and_only_what_was_written_after_its_end_counts(
     rig.writer.beat()
     if number is not None:
         rig.process.send_signal(number)
-    assert rig.supervisor().run() is Verdict.SILENT
+    assert rig.supervisor().run() is LoopVerdict.SILENT
     assert rig.process.wait(5) == -signal.SIGKILL
     assert rig.alive_when_safe[-1] is False
     assert not any(rig.told)
@@ -145,7 +145,7 @@ def test_a_device_that_cannot_be_reached_is_tried_again_and_never_called_safe(ri
         raise error
 
     rig.process.kill()
-    report = rig.authority(unreachable).take_over(Verdict.ENDED, persistence_s=0.1)
+    report = rig.authority(unreachable).take_over(LoopVerdict.ENDED, persistence_s=0.1)
     assert (report.outcome, report.written_ns) == (Outcome.FAILED, 0)
     assert len(tries) > 2
     assert "NOT SAFE" in report.words
@@ -161,21 +161,21 @@ def test_a_device_that_comes_back_is_made_safe(rig: Rig) -> None:
             raise DeviceError("no reply")
 
     rig.process.kill()
-    assert rig.authority(away_for_a_while).take_over(Verdict.ENDED).outcome is Outcome.SEEN
+    assert rig.authority(away_for_a_while).take_over(LoopVerdict.ENDED).outcome is Outcome.SEEN
     assert len(tries) == 4
 
 
 def test_what_the_device_does_not_hold_is_written_again(rig: Rig) -> None:
     rig.held = [False, False, True]
     rig.process.kill()
-    assert rig.authority().take_over(Verdict.ENDED).outcome is Outcome.SEEN
+    assert rig.authority().take_over(LoopVerdict.ENDED).outcome is Outcome.SEEN
     assert len(rig.alive_when_safe) == 3
 
 
 def test_a_device_that_cannot_be_read_back_is_said_to_be_written_not_confirmed(rig: Rig) -> None:
     rig.held = [None]
     rig.process.kill()
-    report = rig.authority().take_over(Verdict.ENDED)
+    report = rig.authority().take_over(LoopVerdict.ENDED)
     assert (report.outcome, report.confirmed_ns) == (Outcome.WRITTEN, 0)
     assert report.words == "safe state written by the supervisor, not confirmed: the device has not been read back"
 
@@ -183,7 +183,7 @@ def test_a_device_that_cannot_be_read_back_is_said_to_be_written_not_confirmed(r
 def test_a_plant_in_the_loop_s_process_ends_with_it(rig: Rig) -> None:
     rig.process.send_signal(signal.SIGSTOP)
     authority = SafeStateAuthority(Writer.CONTROL, rig.block, rig.ring, rig.loop, None)
-    assert authority.take_over(Verdict.SILENT).outcome is Outcome.ENDED
+    assert authority.take_over(LoopVerdict.SILENT).outcome is Outcome.ENDED
     assert rig.process.wait(5) == -signal.SIGKILL
 
 
@@ -191,16 +191,16 @@ def test_the_guardian_writes_nothing_when_somebody_else_made_it_safe(rig: Rig) -
     rig.writer.beat()
     rig.process.kill()
     rig.process.wait()
-    rig.block.tell(SafeReport(Writer.SUPERVISOR, Verdict.ENDED, Outcome.SEEN, 1, 1, 2, 3))
-    assert rig.supervisor(Writer.GUARDIAN, grace_ns=10**9).run() is Verdict.ENDED
+    rig.block.tell(SafeReport(Writer.SUPERVISOR, LoopVerdict.ENDED, Outcome.SEEN, 1, 1, 2, 3))
+    assert rig.supervisor(Writer.GUARDIAN, grace_ns=10**9).run() is LoopVerdict.ENDED
     assert rig.alive_when_safe == []
 
 
 def test_the_guardian_writes_when_nobody_else_did_within_its_grace(rig: Rig) -> None:
     rig.writer.beat()
     rig.process.kill()
-    rig.block.tell(SafeReport(Writer.SUPERVISOR, Verdict.ENDED, Outcome.FAILED, 1))
-    assert rig.supervisor(Writer.GUARDIAN, grace_ns=50_000_000).run() is Verdict.ENDED
+    rig.block.tell(SafeReport(Writer.SUPERVISOR, LoopVerdict.ENDED, Outcome.FAILED, 1))
+    assert rig.supervisor(Writer.GUARDIAN, grace_ns=50_000_000).run() is LoopVerdict.ENDED
     assert rig.block.best().writer is Writer.GUARDIAN
     assert rig.alive_when_safe == [False]
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from hil.reference.cases import SISTERS, Bench, Case, CaseKind, Purpose, bench_of, draw_sheet, realise
+from hil.reference.cases import SISTERS, Bench, Case, DrawnKind, Purpose, bench_of, draw_sheet, realise
 from hil.reference.families import family
 from rig.app.gap.levels import known_families
 from rig.blind_check.generate import nominal_model, without_fingerprint
@@ -57,7 +57,7 @@ def of_unit(rig: tuple[str, int, int]) -> list[Absorbed]:
 
 
 def _share(model: Model, unit: Case, bench: Bench, effect: str, missed: tuple[float, float] | None) -> float | None:
-    case = replace(unit, kind=CaseKind.SINGLE, effects=(effect,), signs=(1,), wanted_ratios=(STRENGTH,))
+    case = replace(unit, kind=DrawnKind.SINGLE, effects=(effect,), signs=(1,), wanted_ratios=(STRENGTH,))
     errors = _errors(model, records_of(realise(case, bench).records))
     if errors is None or missed is None:
         return None

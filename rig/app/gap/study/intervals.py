@@ -15,7 +15,7 @@ from rig.blind_check.row import CaseKind, EffectFact, Row, facts_of
 from rig.errors import RecordError
 from rig.gap.answer.facts import RAW
 from rig.gap.answer.how_far.further import Shrunk, fit_spread
-from rig.gap.answer.how_far.size_intervals import Sized, deviation_of, fit_reach, reference_of
+from rig.gap.answer.how_far.size_intervals import NamedSize, deviation_of, fit_reach, reference_of
 from rig.gap.hypotheses.library import LIBRARY
 from rig.gap.reference.kinds import Kind
 from rig.gap.settings import Fitted, Prior, Reach
@@ -45,14 +45,14 @@ def with_intervals(levels: Fitted, folders: Sequence[CheckFolder], left_out: Seq
 
 def _reaches(levels: Fitted, folders: Sequence[CheckFolder], left_out: Sequence[str]) -> dict[str, Reach]:
     """How far sizes may be off, by what stood for the rig, where there are enough cases."""
-    found: dict[str, list[Sized]] = {}
+    found: dict[str, list[NamedSize]] = {}
     for folder in folders:
         for reference, one in _sizes(levels, folder, left_out):
             found.setdefault(reference, []).append(one)
     return {reference: fit_reach(cases) for reference, cases in found.items() if len(cases) >= LEAST_CASES}
 
 
-def _sizes(levels: Fitted, folder: CheckFolder, left_out: Sequence[str]) -> Iterator[tuple[str, Sized]]:
+def _sizes(levels: Fitted, folder: CheckFolder, left_out: Sequence[str]) -> Iterator[tuple[str, NamedSize]]:
     """For each size of a rightly named effect that both laws have: what stood for the rig, and what was said. The
     answers must be by these `levels`."""
     for token, row, diagnosis in _answers(folder, left_out):
@@ -65,13 +65,13 @@ def _sizes(levels: Fitted, folder: CheckFolder, left_out: Sequence[str]) -> Iter
                 yield reference, replace(one, family=row.family)
 
 
-def _sized(cause: Mapping[str, Any], fact: EffectFact, reach: Reach, prior: Prior) -> Sized | None:
+def _sized(cause: Mapping[str, Any], fact: EffectFact, reach: Reach, prior: Prior) -> NamedSize | None:
     number = None if cause["judged_on"] in RAW else cause["parameters"].get(fact.library_parameter)
     if not fact.size or number is None or number["high"] is None or number["high"] <= number["low"]:
         return None
     half = max(number["high"] - number["value"], number["value"] - number["low"])  # one end may be the law's own
     rho = _roughness(cause, prior)
-    return Sized(number["value"], deviation_of(number["value"], half, rho, reach), rho, fact.size)
+    return NamedSize(number["value"], deviation_of(number["value"], half, rho, reach), rho, fact.size)
 
 
 def _cases(levels: Fitted, folder: CheckFolder, left_out: Sequence[str]) -> Iterator[tuple[Shrunk, float, str]]:

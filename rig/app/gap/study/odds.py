@@ -15,7 +15,7 @@ from rig.blind_check.row import Row, facts_of
 from rig.errors import RecordError
 from rig.gap.hypotheses.library import LIBRARY, NONE, UNKNOWN
 from rig.gap.hypotheses.scenes import ANGLE, PRESSURES
-from rig.gap.odds import Judgement, Truth, fit_odds, log_likelihood
+from rig.gap.odds import FactorTruth, Judgement, fit_odds, log_likelihood
 from rig.gap.reference.build import UNCORRECTED, Kind
 from rig.gap.settings import Fitted, Odds
 from rig.model.slots import AHEAD
@@ -27,7 +27,7 @@ SAME = {Kind.SESSION.value: Kind.SESSIONS.value, UNCORRECTED: Kind.FINGERPRINT.v
 
 
 @dataclass(frozen=True)
-class Fit:
+class FittedOdds:
     """The odds of one reference, and how much likelier they make what was true, in nats a factor."""
 
     odds: Odds
@@ -35,7 +35,9 @@ class Fit:
     gained: float
 
 
-def with_odds(levels: Fitted, folders: Sequence[CheckFolder], left_out: Sequence[str]) -> tuple[Fitted, dict[str, Fit]]:
+def with_odds(
+    levels: Fitted, folders: Sequence[CheckFolder], left_out: Sequence[str]
+) -> tuple[Fitted, dict[str, FittedOdds]]:
     """The levels with the odds that these checks' cases ask for, which were answered by the odds of `levels`, and the
     fit of each reference that enough factors tell of; without the cases of the families `left_out`. RecordError where
     there are too few."""
@@ -64,11 +66,11 @@ def _count(families: Mapping[str, Sequence[Judgement]]) -> int:
     return sum(map(len, families.values()))
 
 
-def _fitted(families: Sequence[Sequence[Judgement]], odds: Odds) -> Fit:
+def _fitted(families: Sequence[Sequence[Judgement]], odds: Odds) -> FittedOdds:
     found = fit_odds(families, odds)
     judged = [one for family in families for one in family]
     before, after = (log_likelihood(judged, odds, one) for one in (odds, found))
-    return Fit(found, len(judged), after - before)
+    return FittedOdds(found, len(judged), after - before)
 
 
 def _judgements(folder: CheckFolder, left_out: Sequence[str]) -> Iterator[tuple[str, str, Judgement]]:
@@ -106,9 +108,9 @@ def _acts_on(factor: str, effect: str, stage: str) -> bool:
     return ahead == (factor == PRESSURES)
 
 
-def _true(acting: Sequence[str]) -> tuple[Truth, list[str]]:
+def _true(acting: Sequence[str]) -> tuple[FactorTruth, list[str]]:
     """What is true where these effects act, and the hypotheses that say so."""
     known = [effect for effect in acting if effect in LIBRARY]
     if known:
-        return Truth.EFFECT, known
-    return (Truth.UNKNOWN, [UNKNOWN]) if acting else (Truth.NONE, [NONE])
+        return FactorTruth.EFFECT, known
+    return (FactorTruth.UNKNOWN, [UNKNOWN]) if acting else (FactorTruth.NONE, [NONE])

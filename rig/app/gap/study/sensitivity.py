@@ -14,7 +14,7 @@ from functools import lru_cache, partial
 from pathlib import Path
 from typing import Any, Final
 
-from hil.reference.cases import Case, CaseKind, Purpose, bench_of, draw_sheet, realise
+from hil.reference.cases import Case, DrawnKind, Purpose, bench_of, draw_sheet, realise
 from rig import gap
 from rig.blind_check.generate import nominal_model, without_fingerprint
 from rig.blind_check.source import records_of
@@ -36,7 +36,7 @@ PRIORS, CONSTANTS = "priors.yaml", "settings.py"
 
 
 @dataclass(frozen=True)
-class Number:
+class DecidingNumber:
     """A number that decides: a constant (with a place in its tuple), or what stands under a name in priors.yaml."""
 
     where: str
@@ -51,7 +51,7 @@ class Number:
 
 
 @dataclass(frozen=True)
-class Asked:
+class DevelopmentCases:
     """The development cases."""
 
     families: tuple[str, ...]
@@ -61,7 +61,7 @@ class Asked:
 
 
 @dataclass(frozen=True)
-class Answer:
+class ComparedAnswer:
     """One answer, as far as it is compared."""
 
     verdict: Verdict | None
@@ -76,7 +76,7 @@ class Answer:
 class Moved:
     """What a number moved by a factor does to the answers."""
 
-    number: Number
+    number: DecidingNumber
     factor: float
     verdicts: int
     names: int
@@ -85,37 +85,45 @@ class Moved:
     """Right answers with it."""
 
 
-def numbers() -> list[Number]:
+def numbers() -> list[DecidingNumber]:
     """Every number, constants first."""
     return [*_constants(), *_priors()]
 
 
-def _constants() -> Iterator[Number]:
+def _constants() -> Iterator[DecidingNumber]:
     for name, value in vars(settings).items():
         if not name.isupper() or isinstance(value, (str, Path)):
             continue
         parts = enumerate(value) if isinstance(value, tuple) else [(None, value)]
-        yield from (Number(CONSTANTS, name, float(one), place) for place, one in parts)
+        yield from (DecidingNumber(CONSTANTS, name, float(one), place) for place, one in parts)
 
 
-def _priors() -> Iterator[Number]:
+def _priors() -> Iterator[DecidingNumber]:
     known = fitted()
     for field in fields(Prior):
         value = getattr(known.prior, field.name)
         if not isinstance(value, (Mapping, tuple)):  # the laws' errors are moved together, by `rho_scale`
-            yield Number(PRIORS, f"prior.{field.name}", float(value))
+            yield DecidingNumber(PRIORS, f"prior.{field.name}", float(value))
     odds = next(iter(known.levels.values())).odds
-    yield from (Number(PRIORS, f"odds.{field.name}", float(getattr(odds, field.name))) for field in fields(Odds))
+    yield from (
+        DecidingNumber(PRIORS, f"odds.{field.name}", float(getattr(odds, field.name))) for field in fields(Odds)
+    )
     for factor in ("pressures", "angle"):
         levels: FactorLevels = getattr(next(iter(known.levels.values())), factor)
-        yield from (Number(PRIORS, f"{factor}.{name}", size) for name, size in levels.patterns.items())
-        yield from (Number(PRIORS, f"{factor}.{name}", getattr(levels, name)) for name in ("share", "even", "floor"))
+        yield from (DecidingNumber(PRIORS, f"{factor}.{name}", size) for name, size in levels.patterns.items())
+        yield from (
+            DecidingNumber(PRIORS, f"{factor}.{name}", getattr(levels, name)) for name in ("share", "even", "floor")
+        )
     builds = next(levels.builds for levels in known.levels.values() if levels.builds is not None)
-    yield from (Number(PRIORS, f"builds.{field.name}", getattr(builds, field.name)) for field in fields(BuildSpread))
-    yield Number(PRIORS, "commanded_floor", next(iter(known.levels.values())).commanded_floor)
+    yield from (
+        DecidingNumber(PRIORS, f"builds.{field.name}", getattr(builds, field.name)) for field in fields(BuildSpread)
+    )
+    yield DecidingNumber(PRIORS, "commanded_floor", next(iter(known.levels.values())).commanded_floor)
 
 
-def answered(asked: Asked, number: Number | None = None, factor: float = 1.0) -> list[Answer]:
+def answered(
+    asked: DevelopmentCases, number: DecidingNumber | None = None, factor: float = 1.0
+) -> list[ComparedAnswer]:
     """The answers to the cases with one number moved."""
     at_hand = moved_priors(fitted(), number, factor) if number and number.where == PRIORS else fitted()
     with _constant(number, factor):
@@ -123,8 +131,8 @@ def answered(asked: Asked, number: Number | None = None, factor: float = 1.0) ->
 
 
 def sensitivity(
-    asked: Asked, workers: int | None = None, report: Callable[[int], None] = lambda done: None
-) -> tuple[list[Answer], list[Moved]]:
+    asked: DevelopmentCases, workers: int | None = None, report: Callable[[int], None] = lambda done: None
+) -> tuple[list[ComparedAnswer], list[Moved]]:
     """The answers as they are, and what each number does to them."""
     base = answered(asked)
     work = [(number, factor) for number in numbers() for factor in FACTORS]
@@ -132,7 +140,7 @@ def sensitivity(
         return base, list(each(pool, partial(_moved, asked, tuple(base)), work, report))
 
 
-def _moved(asked: Asked, base: Sequence[Answer], work: tuple[Number, float]) -> Moved:
+def _moved(asked: DevelopmentCases, base: Sequence[ComparedAnswer], work: tuple[DecidingNumber, float]) -> Moved:
     number, factor = work
     answers = answered(asked, number, factor)
     verdicts = sum(one.verdict != other.verdict for one, other in zip(answers, base, strict=True))
@@ -140,7 +148,7 @@ def _moved(asked: Asked, base: Sequence[Answer], work: tuple[Number, float]) -> 
     return Moved(number, factor, verdicts, names, sum(one.right for one in answers))
 
 
-def moved_priors(known: Fitted, number: Number, factor: float) -> Fitted:
+def moved_priors(known: Fitted, number: DecidingNumber, factor: float) -> Fitted:
     """The fitted numbers with one of them moved, a level in every reference."""
     part, _, name = number.name.partition(".")
     if part == "prior":
@@ -166,7 +174,7 @@ def _moved_levels(levels: Levels, part: str, name: str, factor: float) -> Levels
 
 
 @contextmanager
-def _constant(number: Number | None, factor: float) -> Iterator[None]:
+def _constant(number: DecidingNumber | None, factor: float) -> Iterator[None]:
     """A constant moved in every module that reads it, and put back."""
     if number is None or number.where != CONSTANTS:
         yield
@@ -187,7 +195,7 @@ def _constant(number: Number | None, factor: float) -> Iterator[None]:
             setattr(module, number.name, was)
 
 
-def _scaled(number: Number, was: Any, factor: float) -> Any:
+def _scaled(number: DecidingNumber, was: Any, factor: float) -> Any:
     if number.name in OF_SHARE:
         return 1.0 - (1.0 - was) * factor
     if number.place is None:
@@ -196,7 +204,7 @@ def _scaled(number: Number, was: Any, factor: float) -> Any:
 
 
 @lru_cache(maxsize=2)
-def cases_of(asked: Asked) -> tuple[Case, ...]:
+def cases_of(asked: DevelopmentCases) -> tuple[Case, ...]:
     """The development cases, the families in turn."""
     sheets = [draw_sheet(Purpose.DEVELOPMENT, asked.seed, asked.cases, name) for name in asked.families]
     return tuple(case for some in zip(*sheets, strict=True) for case in some)
@@ -221,22 +229,22 @@ def _model(healthy: Sequence[Record], p0_mpa: float, case: Case) -> Model:
     return _models[key]
 
 
-def answer_to(case: Case, way: str, at_hand: Fitted) -> Answer:
+def answer_to(case: Case, way: str, at_hand: Fitted) -> ComparedAnswer:
     """What the diagnosis says of a case asked in one of WAYS, by these levels."""
     records, day, model = _read(case)
     simulator = {"session": None, "simulator": without_fingerprint(model)}.get(way, model)
     try:
         found, _ = diagnose_with_grounds(simulator, records, [day] if way == "session" else [], settings=at_hand)
     except RigError:
-        return Answer(None, (), False)
+        return ComparedAnswer(None, (), False)
     named = tuple(cause.effect for cause in found.causes if cause.is_named)
-    return Answer(found.verdict, named, _right(case, found.verdict, named))
+    return ComparedAnswer(found.verdict, named, _right(case, found.verdict, named))
 
 
 def _right(case: Case, verdict: Verdict, named: Sequence[str]) -> bool:
-    if case.kind is CaseKind.NONE:
+    if case.kind is DrawnKind.NONE:
         return verdict is Verdict.NONE
-    if case.kind is CaseKind.FOREIGN:
+    if case.kind is DrawnKind.FOREIGN:
         return verdict in (Verdict.UNKNOWN, Verdict.PARTLY_EXPLAINED)
     return set(case.effects) <= set(named[: len(case.effects)])
 

@@ -4,14 +4,17 @@ many numbers decide at all."""
 from collections.abc import Mapping, Sequence
 from datetime import date
 
-from rig.app.gap.study.sensitivity import FACTORS, PRIORS, Answer, Asked, Moved, Number
+from rig.app.gap.study.sensitivity import FACTORS, PRIORS, ComparedAnswer, DecidingNumber, DevelopmentCases, Moved
 
 LIBRARY = "hypotheses/library.py"
 """Bounds and grids of the effects: physics, not judgement; counted apart."""
 
 
 def as_markdown(
-    asked: Asked, base: Sequence[Answer], moved: Sequence[Moved], counted: Mapping[str, tuple[int, int]]
+    asked: DevelopmentCases,
+    base: Sequence[ComparedAnswer],
+    moved: Sequence[Moved],
+    counted: Mapping[str, tuple[int, int]],
 ) -> str:
     """The page."""
     right, total = sum(one.right for one in base), len(base)
@@ -26,7 +29,7 @@ def as_markdown(
         _counts(counted, {one.number for one in moved}), "",
         "| number | is | halved: verdicts, names, right | doubled: verdicts, names, right |", "|---|---|---|---|",
     ]  # fmt: skip
-    by_number: dict[Number, dict[float, Moved]] = {}
+    by_number: dict[DecidingNumber, dict[float, Moved]] = {}
     for one in moved:
         by_number.setdefault(one.number, {})[one.factor] = one
     order = sorted(by_number, key=lambda number: -sum(one.names for one in by_number[number].values()))
@@ -34,12 +37,12 @@ def as_markdown(
     return "\n".join(lines) + "\n"
 
 
-def _row(number: Number, found: Mapping[float, Moved]) -> str:
+def _row(number: DecidingNumber, found: Mapping[float, Moved]) -> str:
     cells = [f"{found[factor].verdicts}, {found[factor].names}, {found[factor].right}" for factor in FACTORS]
     return f"| `{number.shown}` | {number.value:.4g} | {' | '.join(cells)} |"
 
 
-def _counts(counted: Mapping[str, tuple[int, int]], moved: set[Number]) -> str:
+def _counts(counted: Mapping[str, tuple[int, int]], moved: set[DecidingNumber]) -> str:
     library = counted.get(LIBRARY, (0, 0))
     constants, all_numbers = (sum(counts[k] for counts in counted.values()) for k in (0, 1))
     fitted = sum(number.where == PRIORS for number in moved)

@@ -44,7 +44,7 @@ P0_MPA: Final = 0.2
 
 
 @dataclass(frozen=True)
-class Found:
+class SizesFound:
     """One effect on one unit: sizes in the unit that the plant's law and the library's share."""
 
     family: str
@@ -63,7 +63,7 @@ def compare_sizes(
     reference: str,
     workers: int | None = None,
     report: Callable[[int], None] = lambda done: None,
-) -> list[Found]:
+) -> list[SizesFound]:
     """Every effect with a common size on `units` units of each family, against the `reference` session (one earlier
     day) or fingerprint."""
     rigs = [(name, seed + number, reference) for name in families for number in range(units)]
@@ -72,7 +72,7 @@ def compare_sizes(
     return sorted(found, key=lambda one: (one.effect, one.family, one.unit))
 
 
-def of_unit(rig: tuple[str, int, str]) -> list[Found]:
+def of_unit(rig: tuple[str, int, str]) -> list[SizesFound]:
     """Every effect on one unit."""
     name, number, reference = rig
     days = _Days(name, number)
@@ -91,7 +91,9 @@ def of_unit(rig: tuple[str, int, str]) -> list[Found]:
 
         return threshold(seen, predicted[effect])
 
-    return [Found(name, number, effect, predicted[effect], found(effect)) for effect in shared if effect in predicted]
+    return [
+        SizesFound(name, number, effect, predicted[effect], found(effect)) for effect in shared if effect in predicted
+    ]
 
 
 class _Days:
@@ -138,7 +140,7 @@ def threshold(seen: Callable[[float], bool], predicted: float) -> float | None:
 
 
 @dataclass(frozen=True)
-class Row:
+class SizesRow:
     """One effect over all units."""
 
     effect: str
@@ -161,7 +163,7 @@ class Row:
         return 1.0 / WITHIN <= self.ratio <= WITHIN
 
 
-def rows_of(found: Sequence[Found]) -> list[Row]:
+def rows_of(found: Sequence[SizesFound]) -> list[SizesRow]:
     """Effect by effect."""
     rows = []
     for effect in dict.fromkeys(one.effect for one in found):
@@ -170,11 +172,11 @@ def rows_of(found: Sequence[Found]) -> list[Row]:
         seen = [one.found for one in some if one.found is not None]
         unit = family(some[0].family).effects[effect].unit
         middle = float(np.median(seen)) if seen else None
-        rows.append(Row(effect, float(np.median([one.predicted for one in some])), middle, unit, ratios))
+        rows.append(SizesRow(effect, float(np.median([one.predicted for one in some])), middle, unit, ratios))
     return rows
 
 
-def sizes_page(rows: Sequence[Row], reference: str, asked: str) -> str:
+def sizes_page(rows: Sequence[SizesRow], reference: str, asked: str) -> str:
     """The table as Markdown; `asked`: the command, with its date."""
     body = "\n".join(
         f"| {row.effect} | {row.predicted:.2g} {row.unit} | {_size(row)} | {min(row.ratios):.2f} | "
@@ -192,5 +194,5 @@ def sizes_page(rows: Sequence[Row], reference: str, asked: str) -> str:
     )
 
 
-def _size(row: Row) -> str:
+def _size(row: SizesRow) -> str:
     return "not found" if row.found is None else f"{row.found:.2g} {row.unit}"

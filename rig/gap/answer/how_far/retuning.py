@@ -17,7 +17,7 @@ from rig.gap.records.pairs import Pair
 from rig.gap.reference.build import Expected
 from rig.gap.reference.simulated import at_rest
 from rig.identify.provenance import FITTED_AGAIN
-from rig.identify.response.descent import Fit, descend, square_sum
+from rig.identify.response.descent import Descent, descend, square_sum
 from rig.model.parameters import Model, Parameter, StageModel
 from rig.model.simulation import simulate
 from rig.record import Column
@@ -133,7 +133,7 @@ def _tuned(model: Model) -> list[tuple[str, str]]:
     ]
 
 
-def _alike(errors: "_Errors", fit: Fit, count: int, changes: Mapping[str, Column]) -> tuple[str, ...]:
+def _alike(errors: "_Errors", fit: Descent, count: int, changes: Mapping[str, Column]) -> tuple[str, ...]:
     """The effects that these parameters absorb, and whose absorbed part is what the fit closed; likeliest first."""
     slopes = fit.jacobian[:-count] * errors.of_angle[:, None]
     closed = slopes @ fit.x
@@ -153,7 +153,7 @@ def _scale(parameter: Parameter, name: str) -> float:
     return next((scale for end, scale in SCALES.items() if name.endswith(end)), 0.1 * max(abs(parameter.value), 1e-4))
 
 
-def _cross_fitted(errors: "_Errors", count: int) -> tuple[Fit, Column, Column]:
+def _cross_fitted(errors: "_Errors", count: int) -> tuple[Descent, Column, Column]:
     """The fit of all moves (in scales, each held to zero by one unit), their standard deviations, and the residual of
     each half by a fit to the other: one Gauss-Newton step from the common optimum, so that nothing is simulated
     again."""

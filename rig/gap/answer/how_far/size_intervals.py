@@ -29,7 +29,7 @@ LAWS = (0.0, 0.25, 0.5, 1.0, 2.0, 4.0)
 
 
 @dataclass(frozen=True)
-class Sized:
+class NamedSize:
     """A number of a rightly named effect of a development case, in the number's unit."""
 
     value: float
@@ -73,14 +73,14 @@ def deviation_of(value: float, half: float, rho: float, reach: Reach) -> float:
     return float(np.sqrt(max((half / reach.deviations) ** 2 - (reach.law * rho * value) ** 2, 0.0)))
 
 
-def fit_reach(cases: Sequence[Sized]) -> Reach:
+def fit_reach(cases: Sequence[NamedSize]) -> Reach:
     """The share with the narrowest intervals (mean logarithm of their width, as a share of the size), and the reach
     that holds LEVEL of the cases of a family, on average over them."""
     tried = [_at(cases, law) for law in LAWS]
     return min(tried, key=lambda found: found[0])[1]
 
 
-def _at(cases: Sequence[Sized], law: float) -> tuple[float, Reach]:
+def _at(cases: Sequence[NamedSize], law: float) -> tuple[float, Reach]:
     """(mean logarithm of the relative width, the reach) with this share."""
     value, deviation, rho, truth = np.array([(one.value, one.deviation, one.rho, one.truth) for one in cases]).T
     scale = np.hypot(deviation, law * rho * value) + 1e-12 * np.abs(truth)

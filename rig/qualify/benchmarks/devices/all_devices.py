@@ -14,7 +14,7 @@ from drivers.mixed import MixedRig
 from drivers.myrio.device import MyRio
 from drivers.myrio.settings import MyRioSettings
 from hil.emulators.nifpga.bitfile import personality
-from hil.emulators.nifpga.board import Wiring
+from hil.emulators.nifpga.board import BoardWiring
 from hil.emulators.nifpga.stand_in import StandIn
 from hil.emulators.world import World
 from rig.app import compose, shipped
@@ -44,7 +44,7 @@ def bench_devices() -> dict[str, Any]:
 def _myrio(folder: Path) -> dict[str, Any]:
     clock = MonotonicClock()
     world = World(_plant(), clock, commands=(0.2, 0.2))
-    stand_in = StandIn(world, folder, "RIO0", Wiring(), personality())
+    stand_in = StandIn(world, folder, "RIO0", BoardWiring(), personality())
     settings = MyRioSettings(Path(stand_in.settings["bitfile"]))
     context = DeviceContext(clock, frozenset(Role), 0.2, 0.2, period_ns=1_000_000_000)
     device = MyRio(settings, context)

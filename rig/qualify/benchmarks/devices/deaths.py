@@ -13,7 +13,7 @@ from typing import Any, Final
 from drivers.itv_serial.codec import Dialect, pace
 from drivers.itv_serial.device import ItvSerial, ItvSettings
 from drivers.modbus_io.device import ModbusIo
-from drivers.modbus_io.settings import Mode
+from drivers.modbus_io.settings import ExchangeMode
 from drivers.serial_port import SerialPort
 from hil.emulators.emulation import Emulation
 from rig.errors import DeviceError
@@ -106,7 +106,7 @@ def drive_forever() -> None:
     kind, *where = sys.argv[1:]
     device: Device
     if kind == "modbus":
-        device = ModbusIo(modbus_at(int(where[0]), Mode.SEPARATE), context())
+        device = ModbusIo(modbus_at(int(where[0]), ExchangeMode.SEPARATE), context())
     else:
         baud = int(where[2])
         ports = ItvSettings(

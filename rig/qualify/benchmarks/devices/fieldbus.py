@@ -13,7 +13,7 @@ from drivers.itv_serial.codec import Dialect, pace
 from drivers.itv_serial.device import ItvSerial
 from drivers.modbus_io.device import ModbusIo
 from drivers.modbus_io.plan import make_plan
-from drivers.modbus_io.settings import ModbusSettings, Mode
+from drivers.modbus_io.settings import ExchangeMode, ModbusSettings
 from hil.emulators.emulation import Emulation
 from rig.errors import DeviceError
 from rig.interfaces import Device, Role
@@ -38,22 +38,22 @@ def _tcp() -> dict[str, Any]:
     with Emulation(spec()) as running:
         settings = modbus(running)
         bare = _bare(settings)
-        for mode in (Mode.SEPARATE, Mode.COMBINED):
+        for mode in (ExchangeMode.SEPARATE, ExchangeMode.COMBINED):
             device = ModbusIo(modbus(running, mode), context())
             device.open()
             ours, peer = _in_turns(lambda device=device: _tick(device), bare[mode])  # type: ignore[misc]
             device.close()
-            calls = "functions 4 and 16" if mode is Mode.SEPARATE else "function 23"
+            calls = "functions 4 and 16" if mode is ExchangeMode.SEPARATE else "function 23"
             for key in ("p50", "p99"):
                 figures[f"Modbus TCP {mode.value}, tick {key}"] = figure(
                     ours[key], "us", f"bare pymodbus, {calls}", peer[key]
                 )
         figures |= _tcp_rates(running)
-        bare[Mode.AUTO]()
+        bare[ExchangeMode.AUTO]()
     return figures
 
 
-def _bare(settings: ModbusSettings) -> dict[Mode, Callable[[], None]]:
+def _bare(settings: ModbusSettings) -> dict[ExchangeMode, Callable[[], None]]:
     """The same exchanges by the package alone; AUTO closes the client."""
     from pymodbus.client import ModbusTcpClient
 
@@ -67,13 +67,13 @@ def _bare(settings: ModbusSettings) -> dict[Mode, Callable[[], None]]:
     def combined() -> None:
         client.readwrite_registers(read_address=0, read_count=4, write_address=0, values=[13107, 13107], device_id=1)
 
-    return {Mode.SEPARATE: separate, Mode.COMBINED: combined, Mode.AUTO: client.close}
+    return {ExchangeMode.SEPARATE: separate, ExchangeMode.COMBINED: combined, ExchangeMode.AUTO: client.close}
 
 
 def _tcp_rates(running: Emulation) -> dict[str, Any]:
     """Ticks a second without waiting: what TCP on this machine could carry."""
     figures = {}
-    for mode in (Mode.SEPARATE, Mode.COMBINED):
+    for mode in (ExchangeMode.SEPARATE, ExchangeMode.COMBINED):
         device = ModbusIo(modbus(running, mode), context())
         device.open()
         ticks = _count(lambda device=device: _tick(device))  # type: ignore[misc]
@@ -120,7 +120,7 @@ def _serial_rate(running: Emulation, baud: int) -> dict[str, Any]:
 
 def _rtu_rate(running: Emulation, baud: int) -> dict[str, Any]:
     """Rounds of set-points and inputs on RTU, by function 23."""
-    settings = modbus(running, Mode.AUTO, baud)
+    settings = modbus(running, ExchangeMode.AUTO, baud)
     device = ModbusIo(settings, context())
     device.open()
     times, rounds = _drive(device, lambda: running.state()["requests"]["io"])
@@ -194,7 +194,7 @@ def _peers() -> dict[str, Any]:
         device.open()
         _, writes = _drive(device, lambda: len(running.state()["writes"]["valve_1"]))
         device.close()
-        bus = ModbusIo(modbus(running, Mode.AUTO, baud), context())
+        bus = ModbusIo(modbus(running, ExchangeMode.AUTO, baud), context())
         bus.open()
         _, rounds = _drive(bus, lambda: running.state()["requests"]["io"])
         bus.close()

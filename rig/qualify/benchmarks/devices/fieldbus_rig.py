@@ -3,11 +3,11 @@
 from typing import Any, Final
 
 from drivers.itv_serial.device import ItvSettings
-from drivers.modbus_io.settings import AngleChannel, ModbusSettings, Mode, PressureChannel, SerialLine
+from drivers.modbus_io.settings import ExchangeMode, ModbusAngleChannel, ModbusSettings, PressureChannel, SerialLine
 from drivers.serial_port import SerialPort
-from drivers.signals import Signal
+from drivers.signals import SignalRange
 from hil.emulators.emulation import Emulation
-from hil.emulators.modbus.module import Wire, Wiring
+from hil.emulators.modbus.module import ModuleWiring, PressureWire
 from hil.emulators.spec import BusSpec, ModuleSpec, RigSpec, ValveSpec
 from rig.app import shipped
 from rig.interfaces import DeviceContext, Role
@@ -17,13 +17,15 @@ BAUDS: Final = (9600, 19200, 38400, 57600, 115200)
 SAFE: Final = (0.2, 0.2)
 VALVE_ROLES: Final = frozenset({Role.VALVE_1, Role.VALVE_2, Role.MONITOR_1, Role.MONITOR_2})
 CHANNELS: Final[dict[str, Any]] = {
-    "valve_1": PressureChannel(0, Signal.V_0_10),
-    "valve_2": PressureChannel(1, Signal.V_0_10),
-    "monitor_1": PressureChannel(0, Signal.V_1_5),
-    "monitor_2": PressureChannel(1, Signal.V_1_5),
-    "angle": AngleChannel(2, excitation=3),
+    "valve_1": PressureChannel(0, SignalRange.V_0_10),
+    "valve_2": PressureChannel(1, SignalRange.V_0_10),
+    "monitor_1": PressureChannel(0, SignalRange.V_1_5),
+    "monitor_2": PressureChannel(1, SignalRange.V_1_5),
+    "angle": ModbusAngleChannel(2, excitation=3),
 }
-WIRING: Final = Wiring(Wire(0), Wire(1), Wire(0, 1.0, 5.0), Wire(1, 1.0, 5.0), wiper=2, excitation=3)
+WIRING: Final = ModuleWiring(
+    PressureWire(0), PressureWire(1), PressureWire(0, 1.0, 5.0), PressureWire(1, 1.0, 5.0), wiper=2, excitation=3
+)
 
 
 def spec(rtu_baud: int | None = None, serial_baud: int | None = None) -> RigSpec:
@@ -34,7 +36,7 @@ def spec(rtu_baud: int | None = None, serial_baud: int | None = None) -> RigSpec
     return RigSpec(model, left_at_mpa=SAFE, valves=valves, buses={"io": BusSpec([module], baud=rtu_baud)})
 
 
-def modbus(running: Emulation, mode: Mode = Mode.SEPARATE, baud: int | None = None) -> ModbusSettings:
+def modbus(running: Emulation, mode: ExchangeMode = ExchangeMode.SEPARATE, baud: int | None = None) -> ModbusSettings:
     place = running.places["io"]
     if baud is None:
         return modbus_at(int(place), mode)
@@ -49,7 +51,7 @@ def modbus(running: Emulation, mode: Mode = Mode.SEPARATE, baud: int | None = No
     )
 
 
-def modbus_at(port: int, mode: Mode) -> ModbusSettings:
+def modbus_at(port: int, mode: ExchangeMode) -> ModbusSettings:
     table = shipped.configs() / "modbus/wago_750.yaml"
     return ModbusSettings(
         table,

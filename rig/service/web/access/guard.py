@@ -36,7 +36,7 @@ _OPEN: Final = ("/login", "/static/")
 """Before somebody has shown the token."""
 
 
-class Guard:
+class VisitorGuard:
     """Around the application. Leaves the visitor in `scope["visitor"]`."""
 
     def __init__(

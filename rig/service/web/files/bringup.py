@@ -19,7 +19,7 @@ Seen = Callable[[dict[str, Any]], str]
 
 
 @dataclass(frozen=True)
-class Step:
+class BringUpStep:
     """One of them."""
 
     name: str
@@ -53,10 +53,10 @@ SEEN: Final[dict[str, Seen]] = {"": lambda _: "", "punctual": _punctual, "readin
 
 @dataclass(frozen=True)
 class _File:
-    steps: list[Step]
+    steps: list[BringUpStep]
 
 
-def all_steps() -> list[Step]:
+def all_steps() -> list[BringUpStep]:
     """The steps in their order."""
     return load(Path(__file__).with_name("bringup_steps.yaml"), _File).steps
 
@@ -87,7 +87,7 @@ class BringUp:
             confirmed[name] = {"at_s": time.time(), "by": by}
         keep(self._kept, json.dumps(confirmed))
 
-    def _step(self, step: Step, status: dict[str, Any], confirmed: Any) -> dict[str, Any]:
+    def _step(self, step: BringUpStep, status: dict[str, Any], confirmed: Any) -> dict[str, Any]:
         seen = SEEN[step.seen](status)
         return {
             "name": step.name,

@@ -14,7 +14,7 @@ from typing import Any, Final
 
 from rig.config import finite
 from rig.errors import RecordError, RigError, StateError
-from rig.service.web.files.found import Found, gap_of, unit_of
+from rig.service.web.files.found import FoundDay, gap_of, unit_of
 
 REFERENCES: Final = ("auto", "sessions", "session", "fingerprint", "simulator")
 PATIENCE_S: Final = 1800.0
@@ -23,7 +23,7 @@ _ASKED, _FOUND, _REPORT, _SAID = "asked.json", "found.json", "report.html", "sai
 
 
 @dataclass(frozen=True)
-class Question:
+class DiagnosisRequest:
     """What is to be diagnosed."""
 
     session: str
@@ -43,7 +43,7 @@ class Diagnoses:
         self._working = ""
         self._task: asyncio.Task[None] | None = None
 
-    def begin(self, question: Question, log: Path, model: Path, baselines: Sequence[Path]) -> str:
+    def begin(self, question: DiagnosisRequest, log: Path, model: Path, baselines: Sequence[Path]) -> str:
         """Start one; returns its name. StateError while another is at work, RigError for a reference that is none."""
         if question.reference not in REFERENCES:
             raise RigError(f"{question.reference[:40]!a}: no such reference; allowed: {', '.join(REFERENCES)}")
@@ -72,14 +72,14 @@ class Diagnoses:
             return names[:MOST_SHOWN]
         return []
 
-    def days(self, model: str, reference: str) -> list[Found]:
+    def days(self, model: str, reference: str) -> list[FoundDay]:
         """The newest finished diagnosis of every session that was asked for with this model and reference."""
-        newest: dict[str, Found] = {}
+        newest: dict[str, FoundDay] = {}
         for name in self._names():
             asked, found = _read(self._folder / name / _ASKED), _found(self._folder / name / _FOUND)
             session = str(asked.get("session"))
             if found and session not in newest and (asked.get("model"), asked.get("reference")) == (model, reference):
-                newest[session] = Found(session, _number(asked.get("recorded_s") or asked.get("asked_s")), found)
+                newest[session] = FoundDay(session, _number(asked.get("recorded_s") or asked.get("asked_s")), found)
         return list(newest.values())
 
     def report(self, name: str) -> Path:

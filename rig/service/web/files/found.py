@@ -7,7 +7,7 @@ from rig.channels import unit_word
 
 
 @dataclass(frozen=True)
-class Found:
+class FoundDay:
     """One day: its session, when that was recorded (s since 1970), and the JSON of its diagnosis."""
 
     session: str

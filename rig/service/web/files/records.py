@@ -20,7 +20,7 @@ def spelt(name: str) -> str:
     return name.encode("utf-8", "surrogateescape").decode("utf-8", "backslashreplace")
 
 
-class Records:
+class SessionFolders:
     """The sessions below one folder."""
 
     def __init__(self, folder: Path) -> None:

@@ -15,8 +15,8 @@ from rig.service.web.access.command_holder import CommandHolder
 from rig.service.web.access.guard import address_of, visitor_of
 from rig.service.web.access.visitors import Visitor, Visitors
 from rig.service.web.files.catalogue import Catalogue
-from rig.service.web.routes.answer import Answer
-from rig.service.web.stream.link import Link
+from rig.service.web.routes.answer import EscapedJson
+from rig.service.web.stream.link import DaemonLink
 
 _CONFLICT: Final = 409
 _SEEN_S: Final = 0.05
@@ -29,7 +29,7 @@ class Actions:
 
     def __init__(
         self,
-        link: Link,
+        link: DaemonLink,
         visitors: Visitors,
         command_holder: CommandHolder,
         sweeps: Catalogue,
@@ -64,7 +64,7 @@ class Actions:
         if "text/html" in request.headers.get("accept", "") or given.get("from") == "form":
             await asyncio.sleep(_SEEN_S)
             return RedirectResponse("/?stopped=" + ("yes" if status == 200 else "no"), 303)
-        return Answer({"ok": status == 200, "said": said}, status)
+        return EscapedJson({"ok": status == 200, "said": said}, status)
 
     def command(self, carry_out: Command) -> Callable[[Request], Awaitable[Response]]:
         """A handler for who commands; what the daemon refuses is told in its words."""
@@ -73,9 +73,9 @@ class Actions:
             given = await fields(request, self._visitors)
             try:
                 self._command_holder.require(visitor_of(request.scope))
-                return Answer({"ok": True, "result": await carry_out(request, given)})
+                return EscapedJson({"ok": True, "result": await carry_out(request, given)})
             except RigError as error:
-                return Answer({"ok": False, "error": str(error)}, _CONFLICT)
+                return EscapedJson({"ok": False, "error": str(error)}, _CONFLICT)
 
         return handle
 
@@ -85,9 +85,9 @@ class Actions:
             try:
                 change(visitor_of(request.scope))
             except StateError as error:
-                return Answer({"ok": False, "error": str(error)}, _CONFLICT)
+                return EscapedJson({"ok": False, "error": str(error)}, _CONFLICT)
             self._command_holder_changed()
-            return Answer({"ok": True, "result": None})
+            return EscapedJson({"ok": True, "result": None})
 
         return handle
 

@@ -7,7 +7,7 @@ from starlette.responses import JSONResponse
 from rig.service.connections import protocol
 
 
-class Answer(JSONResponse):
+class EscapedJson(JSONResponse):
     """A folder may be named in another encoding, and a record hold anything: halves of characters are escaped, numbers
     that JSON lacks become null."""
 

@@ -11,8 +11,8 @@ from rig.errors import RecordError, RigError
 from rig.rig_config import RigConfig
 from rig.service.web.files import curves
 from rig.service.web.files.catalogue import Catalogue
-from rig.service.web.files.records import Records, spelt
-from rig.service.web.routes.answer import Answer
+from rig.service.web.files.records import SessionFolders, spelt
+from rig.service.web.routes.answer import EscapedJson
 from rig.service.web.worker import Worker
 
 _MISSING: Final = 404
@@ -20,10 +20,10 @@ _UNFIT: Final = 422
 Look = Callable[[Request], Awaitable[Any]]
 
 
-class Library:
+class LibraryRoutes:
     """All of it is GET, and changes nothing."""
 
-    def __init__(self, rig: RigConfig, sweeps: Catalogue, records: Records, worker: Worker) -> None:
+    def __init__(self, rig: RigConfig, sweeps: Catalogue, records: SessionFolders, worker: Worker) -> None:
         self._rig, self._sweeps, self._records, self._worker = rig, sweeps, records, worker
 
     def routes(self) -> list[Route]:
@@ -78,7 +78,7 @@ class Library:
         try:
             path = self._chosen(request)
         except RecordError as error:
-            return Answer({"error": str(error)}, _MISSING)
+            return EscapedJson({"error": str(error)}, _MISSING)
         return FileResponse(path, media_type="application/octet-stream", filename=spelt(path.name))
 
     def _chosen(self, request: Request) -> Any:
@@ -90,9 +90,9 @@ def answered(look: Look) -> Callable[[Request], Awaitable[Response]]:
 
     async def handle(request: Request) -> Response:
         try:
-            return Answer(await look(request))
+            return EscapedJson(await look(request))
         except RigError as error:
-            return Answer({"error": str(error)}, _MISSING if "no such" in str(error) else _UNFIT)
+            return EscapedJson({"error": str(error)}, _MISSING if "no such" in str(error) else _UNFIT)
 
     return handle
 

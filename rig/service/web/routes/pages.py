@@ -12,7 +12,7 @@ from starlette.responses import HTMLResponse, RedirectResponse, Response
 from rig.service.web.access.bodies import fields, text
 from rig.service.web.access.guard import address_of, cookie_line, visitor_of
 from rig.service.web.access.visitors import Guesses, Visitors
-from rig.service.web.routes.answer import Answer
+from rig.service.web.routes.answer import EscapedJson
 
 _GUESS_S: Final = 0.5
 """Before a wrong token is answered."""
@@ -48,7 +48,7 @@ class Pages:
     async def status(self, _: Request) -> Response:
         """The same as data."""
         await self._look()
-        return Answer(self._glance())
+        return EscapedJson(self._glance())
 
     async def login(self, request: Request) -> Response:
         """Ask for the token, or take it."""

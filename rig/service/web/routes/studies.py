@@ -14,12 +14,12 @@ from rig.service.web.access.bodies import text, texts
 from rig.service.web.access.guard import visitor_of
 from rig.service.web.files.bringup import BringUp
 from rig.service.web.files.catalogue import Catalogue
-from rig.service.web.files.diagnoses import REFERENCES, Diagnoses, Question
+from rig.service.web.files.diagnoses import REFERENCES, Diagnoses, DiagnosisRequest
 from rig.service.web.files.hunts import hunts
 from rig.service.web.files.past import past
-from rig.service.web.files.records import Records
+from rig.service.web.files.records import SessionFolders
 from rig.service.web.routes.actions import Actions
-from rig.service.web.routes.answer import Answer
+from rig.service.web.routes.answer import EscapedJson
 from rig.service.web.routes.library import answered
 from rig.service.web.worker import Worker
 
@@ -37,7 +37,7 @@ class Studies:
         self,
         diagnoses: Diagnoses,
         bringup: BringUp,
-        records: Records,
+        records: SessionFolders,
         models: Catalogue,
         worker: Worker,
         glance: Callable[[], dict[str, Any]],
@@ -71,7 +71,7 @@ class Studies:
     async def _begin(self, _: Request, given: dict[str, Any]) -> Any:
         if self._glance().get("state") == "running":
             raise StateError("the rig is running; diagnose when it rests")
-        question = Question(
+        question = DiagnosisRequest(
             text(given, "session"), text(given, "model"), text(given, "reference"), tuple(texts(given, "baselines")),
             time.time(), self._records.recorded_s(text(given, "session")),
         )  # fmt: skip
@@ -85,7 +85,7 @@ class Studies:
         try:
             path = self._diagnoses.report(request.path_params["name"])
         except RecordError as error:
-            return Answer({"error": str(error)}, 404)
+            return EscapedJson({"error": str(error)}, 404)
         headers = {"Content-Security-Policy": REPORT_POLICY, "X-Frame-Options": "SAMEORIGIN"}
         return HTMLResponse(path.read_text(encoding="utf-8"), headers=headers)
 

@@ -28,7 +28,7 @@ OnStatus = Callable[[dict[str, Any] | None, str], None]
 """Called in the event loop with each status, or None and why there is none."""
 
 
-class Link:
+class DaemonLink:
     """The daemon behind `path`."""
 
     def __init__(self, path: Path, on_status: OnStatus) -> None:

@@ -10,8 +10,8 @@ from support.plants.begun_hunts import MODEL, without_a_thought
 from support.plants.begun_hunts import hunt_options as options
 
 from rig.app import compose
-from rig.app.gap.diagnosing import Case, DiagnosisOptions, diagnose_case
-from rig.app.gap.hunt_folder import FILE, Hunt, Step, open_hunt
+from rig.app.gap.diagnosing import DiagnosisOptions, NamedDay, diagnose_case
+from rig.app.gap.hunt_folder import FILE, Hunt, HuntStep, open_hunt
 from rig.app.gap.hunting import NAMED, NO_GAP, NO_NAME, TIME, Hunted, hunt, hunt_and_tell
 from rig.errors import CheckFailed, ConfigError
 from rig.excite.envelope import check_run
@@ -49,7 +49,7 @@ def test_what_a_diagnosis_recommends_keeps_to_the_limits_of_the_rig_that_it_is_t
     (tmp_path / "narrow.yaml").write_text(text.replace("slew_mpa_s: 5.0", "slew_mpa_s: 0.7"))
     limits = compose.load(tmp_path / "narrow.yaml").limits
     asked = DiagnosisOptions(MODEL, (), rig=tmp_path / "narrow.yaml", next_to=tmp_path / "next.yaml")
-    diagnose_case(asked, Case(None, (found / "step_1_records",)))
+    diagnose_case(asked, NamedDay(None, (found / "step_1_records",)))
     for plan in expand(load_sweep(tmp_path / "next.yaml"), 5_000_000):
         check_run(plan, limits, 5_000_000)
 
@@ -202,8 +202,8 @@ def test_a_file_that_is_no_hunt_s_is_one_line(tmp_path: Path, text: str) -> None
 
 
 def test_a_hunt_comes_back_as_it_was_saved(tmp_path: Path) -> None:
-    step = Step("step_1.yaml", "why", 1.5, "step_1_records", (("delay", 0.7), ("valve_lag", 0.3)))
-    so_far = Hunt(tmp_path / "new", {"rig": "a"}, (step, Step("step_2.yaml", "more", 0.5)), "time")
+    step = HuntStep("step_1.yaml", "why", 1.5, "step_1_records", (("delay", 0.7), ("valve_lag", 0.3)))
+    so_far = Hunt(tmp_path / "new", {"rig": "a"}, (step, HuntStep("step_2.yaml", "more", 0.5)), "time")
     so_far.save()
     assert open_hunt(tmp_path / "new", {"rig": "a"}) == so_far
     assert so_far.minutes == 1.5

@@ -8,8 +8,8 @@ from typing import Any
 import pytest
 import yaml
 
-from rig.app.gap.levels import Plan, provenance_of, write
-from rig.gap.settings import EVERYTHING, PRIORS, Origin, Provenance, fitted
+from rig.app.gap.levels import FittingPlan, provenance_of, write
+from rig.gap.settings import EVERYTHING, PRIORS, FitProvenance, Origin, fitted
 
 SHIPPED: dict[str, Any] = yaml.safe_load(PRIORS.read_text(encoding="utf-8"))
 ANEW, OLD = Origin("anew"), Origin("before")
@@ -56,11 +56,11 @@ def test_a_file_whose_provenance_is_one_sentence_is_read_as_ever(tmp_path: Path)
     [("further.floor", OLD), ("levels.session.odds.none", ANEW), ("levels.session.floor", OLD), ("levels", OLD)],
 )
 def test_the_longest_path_counts(path: str, origin: Origin) -> None:
-    assert Provenance([], 0, 0, {EVERYTHING: OLD, "levels.session.odds": ANEW}).of(path) == origin
+    assert FitProvenance([], 0, 0, {EVERYTHING: OLD, "levels.session.odds": ANEW}).of(path) == origin
 
 
 def test_what_is_renewed_takes_what_stood_under_it_along_and_nothing_beside_it() -> None:
-    before = Provenance(
+    before = FitProvenance(
         [], 0, 0, {"further": OLD, "levels.a.odds": OLD, "levels.a.odds.together": OLD, "levels.ab": OLD}
     )
     after = before.renewed({"levels.a.odds": ANEW})
@@ -70,7 +70,7 @@ def test_what_is_renewed_takes_what_stood_under_it_along_and_nothing_beside_it()
 def test_levels_fitted_anew_leave_the_odds_the_intervals_and_what_no_rig_told_anything_of() -> None:
     shipped = fitted()
     told = [name for name in shipped.prior.laws if name != "delay"]
-    made = provenance_of(Plan(("bellows",), 3, 7), shipped, told)
+    made = provenance_of(FittingPlan(("bellows",), 3, 7), shipped, told)
     assert (made.families, made.units, made.healthy_records) == (["bellows"], 3, 9)
     changed = {path for path in NUMBERS if made.of(path) != shipped.provenance.of(path)}
     assert changed == {

@@ -8,7 +8,7 @@ from support.records.mcap_files import contents
 
 from rig.app import shipped
 from rig.app.runs import replaying, runner
-from rig.app.runs.outcome import Outcome
+from rig.app.runs.outcome import RunOutcome
 from rig.app.runs.replaying import ReplayOptions, prepare, replay_all
 from rig.errors import CheckFailed
 from rig.realtime.safe_state import Outcome as Reached
@@ -23,7 +23,7 @@ def test_a_rig_that_was_stopped_does_not_move_again_for_the_next_recording(
 ) -> None:
     calls = []
 
-    def stopped(*given: Any) -> Outcome:
+    def stopped(*given: Any) -> RunOutcome:
         calls.append(given)
         outcome = carry_out(*given)
         outcome.interrupted = True
@@ -44,7 +44,7 @@ def test_with_the_recorder_lost_the_safe_state_is_told_all_the_same(
     cut = RunResult(1, tmp_path / "x.mcap.part", error="the recorder ended")
     cut.file.write_bytes(b"\x89MCAP0\r\n")
     safe = SafeReport(Writer.SUPERVISOR, outcome=Reached.SEEN)
-    lost = Outcome([cut], 1, error="the rig was stopped: RECORDER_DIED", recorder_lost=True, safe=safe)
+    lost = RunOutcome([cut], 1, error="the rig was stopped: RECORDER_DIED", recorder_lost=True, safe=safe)
     monkeypatch.setattr(replaying.runner, "carry_out", lambda *_: lost)
     job = prepare(sorted(RECORDINGS.glob("*.mcap"))[0], None, None, None, resample=False)
     with pytest.raises(CheckFailed, match="RECORDER_DIED; safe state written by the supervisor, seen at the device"):
@@ -56,7 +56,7 @@ def test_a_record_that_could_not_be_written_is_said_and_not_looked_for(
 ) -> None:
     """On a full disk a replay ended with "no such file", of its own record."""
     full = RunResult(1, tmp_path / "x.mcap", error="x.mcap.partial: cannot be written: No space left on device")
-    monkeypatch.setattr(replaying.runner, "carry_out", lambda *_: Outcome([full], 1))
+    monkeypatch.setattr(replaying.runner, "carry_out", lambda *_: RunOutcome([full], 1))
     job = prepare(sorted(RECORDINGS.glob("*.mcap"))[0], None, None, None, resample=False)
     with pytest.raises(CheckFailed, match=r"not valid: x\.mcap\.partial: cannot be written: No space left"):
         list(replay_all(job, ReplayOptions(tmp_path / "out")))

@@ -17,7 +17,7 @@ from support.scripted import program
 from hil.bench import SimulatedRig
 from rig.app import compose, shipped
 from rig.app.runs import runner
-from rig.app.runs.outcome import Outcome
+from rig.app.runs.outcome import RunOutcome
 from rig.app.runs.runner import Planned, RunOptions
 from rig.app.supervise import watcher_process
 from rig.errors import CheckFailed, DeviceError, Interrupted, RigError
@@ -36,7 +36,7 @@ def good(**more: object) -> RunResult:
     return replace(RunResult(1, Path("a.mcap"), ticks=9, valid=True, complete=True), **more)  # type: ignore[arg-type]
 
 
-def ends(outcome: Outcome) -> str:
+def ends(outcome: RunOutcome) -> str:
     with pytest.raises(CheckFailed) as error:
         outcome.judge()
     assert "\n" not in str(error.value)
@@ -44,28 +44,28 @@ def ends(outcome: Outcome) -> str:
 
 
 def test_a_good_outcome_is_good() -> None:
-    assert Outcome([good()], 1).judge() is None
+    assert RunOutcome([good()], 1).judge() is None
 
 
 @pytest.mark.parametrize(
     ("outcome", "says"),
     [
-        (Outcome([good(fault=Fault.FROZEN_SENSOR, valid=False)], 1), "a.mcap: FROZEN_SENSOR: "),
-        (Outcome([good(missed=3, valid=False)], 1), "a.mcap: not valid: 3 ticks missed, 0 dropped"),
-        (Outcome([good(valid=False, error="disk full")], 1), "a.mcap: not valid: disk full"),
-        (Outcome([good()], 2), "1 of 2 runs were recorded"),
-        (Outcome([], 1, error="the loop's process ended unexpectedly"), "the loop's process ended unexpectedly"),
-        (Outcome([good(fault=Fault.DEVICE_LOST)], 2, interrupted=True), "a.mcap: DEVICE_LOST: "),
+        (RunOutcome([good(fault=Fault.FROZEN_SENSOR, valid=False)], 1), "a.mcap: FROZEN_SENSOR: "),
+        (RunOutcome([good(missed=3, valid=False)], 1), "a.mcap: not valid: 3 ticks missed, 0 dropped"),
+        (RunOutcome([good(valid=False, error="disk full")], 1), "a.mcap: not valid: disk full"),
+        (RunOutcome([good()], 2), "1 of 2 runs were recorded"),
+        (RunOutcome([], 1, error="the loop's process ended unexpectedly"), "the loop's process ended unexpectedly"),
+        (RunOutcome([good(fault=Fault.DEVICE_LOST)], 2, interrupted=True), "a.mcap: DEVICE_LOST: "),
     ],
 )
-def test_a_bad_outcome_says_why(outcome: Outcome, says: str) -> None:
+def test_a_bad_outcome_says_why(outcome: RunOutcome, says: str) -> None:
     assert ends(outcome).startswith(says)
 
 
 @pytest.mark.parametrize("runs", [[], [good(complete=False)], [good(fault=Fault.ESTOP, valid=False)]])
 def test_an_interruption_is_130(runs: list[RunResult]) -> None:
     with pytest.raises(Interrupted):
-        Outcome(runs, 3, interrupted=True).judge()
+        RunOutcome(runs, 3, interrupted=True).judge()
 
 
 @pytest.mark.parametrize("interrupted", [False, True])
@@ -77,7 +77,7 @@ def test_an_interruption_is_130(runs: list[RunResult]) -> None:
     ],
 )
 def test_a_rig_that_is_not_known_to_be_safe_is_no_success(interrupted: bool, safe: SafeReport, says: str) -> None:
-    outcome = Outcome([good()], 1, interrupted=interrupted, safe=safe, driven=True)
+    outcome = RunOutcome([good()], 1, interrupted=interrupted, safe=safe, driven=True)
     assert ends(outcome).startswith(says)
     assert outcome.stopped
 

@@ -12,7 +12,7 @@ from support.scripted import program
 
 from rig.app import compose
 from rig.app.runs import runner
-from rig.app.runs.outcome import Outcome
+from rig.app.runs.outcome import RunOutcome
 from rig.app.runs.runner import Planned, RunOptions
 from rig.app.supervise import parts_of
 from rig.errors import CheckFailed
@@ -133,7 +133,7 @@ def test_a_run_whose_disk_was_given_up_says_where_its_rest_lies(
         return ""
 
     monkeypatch.setattr(runner, "ending", over)
-    outcome: Outcome = runner.carry_out(
+    outcome: RunOutcome = runner.carry_out(
         compose.load(None), [Planned("a", program())], RunOptions(tmp_path / "out", virtual=True)
     )
     outcome.interrupted = True  # Ctrl-C does not make it better

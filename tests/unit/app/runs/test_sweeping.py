@@ -6,7 +6,7 @@ import pytest
 
 from rig.app import compose, shipped
 from rig.app.runs import runner, sweeping
-from rig.app.runs.outcome import Outcome
+from rig.app.runs.outcome import RunOutcome
 from rig.app.runs.runner import Planned, RunOptions
 from rig.excite.experiment import RunPlan, Sweep, expand
 from rig.rig_config import RigConfig
@@ -18,9 +18,9 @@ def test_two_runs_of_one_second_have_a_folder_each(tmp_path: Path, monkeypatch: 
     monkeypatch.chdir(tmp_path)
     out: list[Path] = []
 
-    def carried_out(_: RigConfig, __: list[Planned], options: RunOptions) -> Outcome:
+    def carried_out(_: RigConfig, __: list[Planned], options: RunOptions) -> RunOutcome:
         out.append(options.out)
-        return Outcome([], 0)
+        return RunOutcome([], 0)
 
     monkeypatch.setattr(runner, "carry_out", carried_out)
     monkeypatch.setattr(runner, "new_folder", lambda name: free(Path("logs") / name))
@@ -45,9 +45,9 @@ def test_a_record_keeps_the_sweep_that_it_was_made_from_and_not_what_became_of_t
         file.write_text("records: []")
         return expand(plan, period_ns)
 
-    def carried_out(_: RigConfig, __: list[Planned], options: RunOptions) -> Outcome:
+    def carried_out(_: RigConfig, __: list[Planned], options: RunOptions) -> RunOutcome:
         attached.append(options.attachments["sweep.yaml"])
-        return Outcome([], 0)
+        return RunOutcome([], 0)
 
     monkeypatch.setattr(sweeping, "expand", edited)
     monkeypatch.setattr(runner, "carry_out", carried_out)

@@ -7,25 +7,25 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rig.gap.answer.how_far.size_intervals import LEVEL, Sized, deviation_of, fit_reach, half_width, reference_of
+from rig.gap.answer.how_far.size_intervals import LEVEL, NamedSize, deviation_of, fit_reach, half_width, reference_of
 from rig.gap.reference.kinds import Kind
 from rig.gap.settings import Reach, fitted
 
 POSITIVE = st.floats(1e-3, 1e3)
 
 
-def cases(seed: int, count: int, noise: float, law: float) -> list[Sized]:
+def cases(seed: int, count: int, noise: float, law: float) -> list[NamedSize]:
     """Sizes that are off by `noise` of the likelihood's standard deviation and by `law` of their law's usual error."""
     rng = np.random.default_rng(seed)
     made = []
     for _ in range(count):
         truth, deviation, rho = rng.uniform(0.5, 2.0), rng.uniform(0.01, 0.05), rng.uniform(0.02, 0.4)
         off = rng.normal() * noise * deviation + rng.normal() * law * rho * truth
-        made.append(Sized(truth + off, deviation, rho, truth))
+        made.append(NamedSize(truth + off, deviation, rho, truth))
     return made
 
 
-def held(reach: Reach, of: list[Sized]) -> float:
+def held(reach: Reach, of: list[NamedSize]) -> float:
     return float(
         np.mean([abs(one.value - one.truth) <= half_width(one.value, one.deviation, one.rho, reach) for one in of])
     )

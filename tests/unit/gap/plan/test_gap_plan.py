@@ -23,7 +23,7 @@ from rig.gap.plan.design import design
 from rig.gap.plan.directions import columns, sized, usual_directions
 from rig.gap.plan.information import inform, log_odds, needed_separation, separations
 from rig.gap.plan.next_experiment import Hypothesis, as_rough, expected_confidence, next_experiment
-from rig.gap.plan.rehearse import Rig, factors_of, rehearse, within
+from rig.gap.plan.rehearse import RehearsedRig, factors_of, rehearse, within
 from rig.gap.records.usable import usable
 from rig.gap.response.propagate import Applied
 from rig.gap.settings import SESSION_S, Odds, fitted
@@ -38,12 +38,12 @@ FEW = [LIBRARY[name] for name in ("delay", "valve_lag", "valve_gain", "viscous_f
 
 
 @pytest.fixture(scope="module")
-def rig() -> Rig:
+def rig() -> RehearsedRig:
     return replace(known_by_call(Asked(CONFIGS / "models" / "simulated.yaml")).rig, levels="fingerprint")
 
 
 @pytest.fixture(scope="module")
-def usual(rig: Rig) -> list[Stand]:
+def usual(rig: RehearsedRig) -> list[Stand]:
     return factors_of(rehearse(rig, expand(load_sweep(CONFIGS / "sweeps" / "gap.yaml"), PERIOD_NS)), fitted())
 
 
@@ -137,7 +137,9 @@ def usual_day(stand: Stand) -> Column:
 
 
 @pytest.mark.parametrize("name", ["viscous_friction", "valve_gain"])
-def test_the_diagnosis_sees_what_it_is_said_to_see_and_not_half_of_it(rig: Rig, usual: list[Stand], name: str) -> None:
+def test_the_diagnosis_sees_what_it_is_said_to_see_and_not_half_of_it(
+    rig: RehearsedRig, usual: list[Stand], name: str
+) -> None:
     plans = expand(load_sweep(CONFIGS / "sweeps" / "gap.yaml"), PERIOD_NS)
     ability = next(one for one in capability(rehearse(rig, plans), FEW, fitted()).abilities if one.effect == name)
     assert ability.detectable is not None
@@ -146,7 +148,7 @@ def test_the_diagnosis_sees_what_it_is_said_to_see_and_not_half_of_it(rig: Rig, 
     assert not judge(FEW, having(stand, ability, 0.4 * ability.detectable)).found
 
 
-def test_what_looks_alike_is_said_and_named_later_than_seen(rig: Rig) -> None:
+def test_what_looks_alike_is_said_and_named_later_than_seen(rig: RehearsedRig) -> None:
     plans = expand(load_sweep(CONFIGS / "sweeps" / "gap.yaml"), PERIOD_NS)
     found = capability(rehearse(rig, plans), FEW, fitted())
     assert ("delay", "valve_lag") in found.confusable
@@ -181,13 +183,13 @@ def test_candidates_stay_inside_the_room_at_the_period_of_the_loop_too(slew: flo
                 check(plan, room, period_ns)
 
 
-def test_no_record_is_planned_that_a_diagnosis_would_leave_out(rig: Rig) -> None:
+def test_no_record_is_planned_that_a_diagnosis_would_leave_out(rig: RehearsedRig) -> None:
     pool = candidates(Room(rests_mpa=(0.15, 0.2, 0.3)), (10.0, 40.0), PERIOD_NS)
     notes: list[str] = []
     assert all(usable(pair.raw, notes) for pair in rehearse(rig, planned(pool, PERIOD_NS)).pairs), notes
 
 
-def test_a_design_tells_more_than_its_first_record_and_keeps_the_time(rig: Rig, tmp_path: Path) -> None:
+def test_a_design_tells_more_than_its_first_record_and_keeps_the_time(rig: RehearsedRig, tmp_path: Path) -> None:
     pool = candidates(Room(rests_mpa=(0.2,)), (10.0,), PERIOD_NS)
     short, whole = (design([rig], pool, seconds, FEW, fitted()) for seconds in (20.0, 60.0))
     assert sum(lasts_s(entry) for entry in whole.entries) <= 60.0
@@ -197,7 +199,7 @@ def test_a_design_tells_more_than_its_first_record_and_keeps_the_time(rig: Rig, 
     assert [list(plan.dp_mpa) for plan in again] == [list(plan.dp_mpa) for plan in planned(whole.entries, PERIOD_NS)]
 
 
-def test_a_design_leaves_time_over_that_no_record_would_make_it_tell_more_in(rig: Rig) -> None:
+def test_a_design_leaves_time_over_that_no_record_would_make_it_tell_more_in(rig: RehearsedRig) -> None:
     pool = candidates(Room(rests_mpa=(0.2,)), (10.0,), PERIOD_NS)
     some, all_day = (design([rig], pool, seconds, FEW, fitted()) for seconds in (120.0, 7200.0))
     assert all_day.power.score >= some.power.score
@@ -217,14 +219,14 @@ def late(stage: str, seconds: float, probability: float, factor: str = PRESSURES
     return Hypothesis(factor, Applied(stage, {name: seconds}), probability, {name: 0.1 * seconds})
 
 
-def test_effects_that_share_a_stage_keep_their_names(rig: Rig) -> None:
+def test_effects_that_share_a_stage_keep_their_names(rig: RehearsedRig) -> None:
     rivals = [late("delay", 0.02, 0.5), replace(late("valve_lag", 0.02, 0.5), effect="supply_droop")]
     found = next_experiment(rivals, rig, Room(rests_mpa=(0.2,)), fitted())
     assert found is not None
     assert set(found.separates) == {"delay", "supply_droop"}
 
 
-def test_a_delay_and_a_lag_are_parted_by_something_fast(rig: Rig) -> None:
+def test_a_delay_and_a_lag_are_parted_by_something_fast(rig: RehearsedRig) -> None:
     rivals = [late("delay", 0.02, 0.5), late("valve_lag", 0.02, 0.5)]
     found = next_experiment(rivals, rig, Room(rests_mpa=(0.2,)), fitted())
     assert found is not None
@@ -235,7 +237,7 @@ def test_a_delay_and_a_lag_are_parted_by_something_fast(rig: Rig) -> None:
     assert found.to_json()["needs_reference"] is False
 
 
-def test_what_is_not_among_the_rivals_stays_as_likely_as_it_was(rig: Rig) -> None:
+def test_what_is_not_among_the_rivals_stays_as_likely_as_it_was(rig: RehearsedRig) -> None:
     """Something unknown of 0.3 was left out of the promise, which was 0.99."""
     rivals = [late("delay", 0.02, 0.35), late("valve_lag", 0.02, 0.35)]
     found = next_experiment(rivals, rig, ROOM, fitted())
@@ -243,7 +245,7 @@ def test_what_is_not_among_the_rivals_stays_as_likely_as_it_was(rig: Rig) -> Non
     assert found.confidence == pytest.approx(0.7**2 + 0.3**2, abs=0.02)
 
 
-def test_rough_laws_and_a_long_session_promise_less(rig: Rig) -> None:
+def test_rough_laws_and_a_long_session_promise_less(rig: RehearsedRig) -> None:
     rivals = [late("delay", 0.002, 0.5), late("valve_lag", 0.002, 0.5)]
     rough = [replace(one, roughness=0.5) for one in rivals]
     promised = [
@@ -255,7 +257,7 @@ def test_rough_laws_and_a_long_session_promise_less(rig: Rig) -> None:
 
 
 @pytest.mark.parametrize("seconds", [0.001, 0.0015, 0.002])
-def test_the_confidence_that_is_promised_is_that_of_the_mean_record(rig: Rig, seconds: float) -> None:
+def test_the_confidence_that_is_promised_is_that_of_the_mean_record(rig: RehearsedRig, seconds: float) -> None:
     rivals = [late("delay", seconds, 0.5), late("valve_lag", seconds, 0.5)]
     found = next_experiment(rivals, rig, Room(rests_mpa=(0.2,)), fitted())
     assert found is not None
@@ -275,13 +277,13 @@ def test_of_several_hypotheses_the_promised_confidence_is_what_a_draw_of_records
     assert expected_confidence(chances, far) == pytest.approx(held, abs=0.015)
 
 
-def test_a_long_record_that_tells_enough_is_not_passed_over_for_a_short_one_that_does_not(rig: Rig) -> None:
+def test_a_long_record_that_tells_enough_is_not_passed_over_for_a_short_one_that_does_not(rig: RehearsedRig) -> None:
     found = next_experiment([late("delay", 0.002, 0.97), late("valve_lag", 0.002, 0.03)], rig, ROOM, fitted())
     assert found is not None
     assert found.nats >= 0.05
 
 
-def test_an_experiment_keeps_the_joint_where_it_may_be(rig: Rig) -> None:
+def test_an_experiment_keeps_the_joint_where_it_may_be(rig: RehearsedRig) -> None:
     rivals, limits = [late("delay", 0.08, 0.5), late("valve_lag", 0.08, 0.5)], (-20.0, 20.0)
     moved: list[float] = []
     for room in (Room(rests_mpa=(0.2,)), Room(rests_mpa=(0.2,), angle_deg=limits)):
@@ -292,7 +294,7 @@ def test_an_experiment_keeps_the_joint_where_it_may_be(rig: Rig) -> None:
     assert next_experiment(rivals, rig, Room(rests_mpa=(0.2,), angle_deg=(-0.1, 0.1)), fitted()) is None
 
 
-def test_where_the_simulator_moves_further_than_is_expected_it_counts(rig: Rig) -> None:
+def test_where_the_simulator_moves_further_than_is_expected_it_counts(rig: RehearsedRig) -> None:
     pool = candidates(Room(rests_mpa=(0.15,)), (10.0,), PERIOD_NS)
     expected, simulator = rehearse(rig, planned(pool, PERIOD_NS)), load_model(CONFIGS / "models" / "simulated.yaml")
     alone, both = (within(expected, (-60.0, 60.0), known) for known in (None, simulator))
@@ -314,5 +316,5 @@ def test_where_the_simulator_moves_further_than_is_expected_it_counts(rig: Rig) 
     ],
     ids=["nothing", "one", "settled", "the same twice", "one on each factor", "a first and a second cause"],
 )
-def test_where_nothing_is_open_no_experiment_is_recommended(rig: Rig, rivals: list[Hypothesis]) -> None:
+def test_where_nothing_is_open_no_experiment_is_recommended(rig: RehearsedRig, rivals: list[Hypothesis]) -> None:
     assert next_experiment(rivals, rig, Room(rests_mpa=(0.2,)), fitted()) is None

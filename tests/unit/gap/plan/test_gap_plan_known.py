@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from support.plants.gap_rigs import model, session
 
 from rig.app.gap.known_rigs import known_of
-from rig.app.gap.study.smallest_sizes import REACH, Found, rows_of, sizes_page, threshold
+from rig.app.gap.study.smallest_sizes import REACH, SizesFound, rows_of, sizes_page, threshold
 from rig.errors import RigError
 from rig.excite.experiment import Entry, Timing
 from rig.excite.signals import Sine
@@ -24,7 +24,7 @@ from rig.gap.plan.directions import columns, usual_directions
 from rig.gap.plan.information import Information, inform, separations
 from rig.gap.plan.next_experiment import Hypothesis, next_experiment
 from rig.gap.plan.raw_ability import RAW, STEP, raw_abilities, smallest
-from rig.gap.plan.rehearse import Rig, factors_of, known_rig, rehearse
+from rig.gap.plan.rehearse import RehearsedRig, factors_of, known_rig, rehearse
 from rig.gap.records.pairs import pair_up
 from rig.gap.reference.build import Kind, expect, known_how
 from rig.gap.response.propagate import Applied
@@ -37,12 +37,12 @@ PLANS = planned([SINE], 10_000_000)
 
 
 @pytest.fixture(scope="module")
-def known() -> Rig:
+def known() -> RehearsedRig:
     rig = model()
     return known_of(replace(rig, fingerprint=fingerprint_of(session(1), rig)), [])
 
 
-def test_a_fingerprint_s_own_misses_go_into_what_is_planned(known: Rig) -> None:
+def test_a_fingerprint_s_own_misses_go_into_what_is_planned(known: RehearsedRig) -> None:
     rig = model()
     made = fingerprint_of(session(1), rig)
     assert made is not None
@@ -50,7 +50,7 @@ def test_a_fingerprint_s_own_misses_go_into_what_is_planned(known: Rig) -> None:
     assert rehearse(known, PLANS).missed_deg == known.missed_deg > 0.0
 
 
-def test_a_reference_that_misses_more_shows_less(known: Rig) -> None:
+def test_a_reference_that_misses_more_shows_less(known: RehearsedRig) -> None:
     sizes = []
     for worse in (1.0, 30.0):
         rig = replace(known, missed_deg=worse * known.missed_deg, missed_mpa=worse * known.missed_mpa)
@@ -59,7 +59,7 @@ def test_a_reference_that_misses_more_shows_less(known: Rig) -> None:
     assert sizes[1] > 1.5 * sizes[0]
 
 
-def test_what_one_record_alone_may_take_needs_no_place_among_the_patterns_of_all(known: Rig) -> None:
+def test_what_one_record_alone_may_take_needs_no_place_among_the_patterns_of_all(known: RehearsedRig) -> None:
     plans = planned([replace(SINE, signal=Sine(hertz, 0.2)) for hertz in (0.3, 0.5, 0.8)], 10_000_000)
     stand = factors_of(rehearse(known, plans), fitted())[1]
     likelihood = stand.scene.factor.healthy
@@ -135,9 +135,9 @@ def test_what_is_not_found_at_all_is_none(seen: Callable[[float], bool]) -> None
 
 def test_said_and_found_sizes_are_counted_effect_by_effect() -> None:
     found = [
-        Found("mckibben", 1, "delay", 0.01, 0.012),
-        Found("fluidic", 1, "delay", 0.01, 0.03),
-        Found("mckibben", 1, "backlash", 1.0, None),
+        SizesFound("mckibben", 1, "delay", 0.01, 0.012),
+        SizesFound("fluidic", 1, "delay", 0.01, 0.03),
+        SizesFound("mckibben", 1, "backlash", 1.0, None),
     ]
     delay, backlash = rows_of(found)
     assert (delay.ratio, delay.within, backlash.found) == (3.0, False, None)
@@ -168,7 +168,7 @@ def test_a_designed_session_pairs_with_the_usual_one_where_they_share_a_record(t
 
 @pytest.mark.parametrize(("hz", "times"), [(0.5, 1.0), (4.0, 5.0)])
 def test_a_planned_record_faster_than_what_is_known_is_as_many_times_less_sure(
-    known: Rig, hz: float, times: float
+    known: RehearsedRig, hz: float, times: float
 ) -> None:
     plans = planned([Entry(Sine(hz, 0.1), Timing(settle_s=1.0, duration_s=10.0), (0.2,))], 10_000_000)
     steady = replace(known, missed_mpa=0.0, anew_mpa=0.0)
@@ -179,7 +179,7 @@ def test_a_planned_record_faster_than_what_is_known_is_as_many_times_less_sure(
     np.testing.assert_allclose(unsure.patterns, times * sure.patterns)
 
 
-def test_what_is_slow_is_given_longer_records(known: Rig) -> None:
+def test_what_is_slow_is_given_longer_records(known: RehearsedRig) -> None:
     slow = Applied("creep", {"share": 0.1, "tau_s": 10.0, "relaxed": 1.0})
     rivals = [
         Hypothesis(ANGLE, Applied("sensor_gain", {"gain": -0.04}), 0.5, {"gain": 0.01}),

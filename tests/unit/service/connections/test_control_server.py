@@ -17,7 +17,7 @@ from support.control_server import ask, handle, with_server
 from rig.errors import ConfigError, StateError
 from rig.service.connections import connection, protocol
 from rig.service.connections.control import MAX_CLIENTS, MAX_VIEWERS, Server
-from rig.service.connections.protocol import Request
+from rig.service.connections.protocol import ClientRequest
 
 Streams = tuple[asyncio.StreamReader, asyncio.StreamWriter]
 TOKEN = "0123456789abcdef"
@@ -267,7 +267,7 @@ def test_whatever_stands_for_a_token_is_answered(tmp_path: Path, token: object) 
 
 
 def test_a_bug_is_an_answer_and_the_next_request_is_heard(tmp_path: Path) -> None:
-    async def buggy(request: Request) -> Any:
+    async def buggy(request: ClientRequest) -> Any:
         if request.command == "arm":
             raise ZeroDivisionError("a bug")
         return "done"
@@ -318,7 +318,7 @@ def test_between_two_who_look_an_emergency_stop_is_served(tmp_path: Path) -> Non
     """63 clients that ask for nothing but the status wait for each other, not the emergency stop for all of them."""
     order: list[str] = []
 
-    async def slow(request: Request) -> Any:
+    async def slow(request: ClientRequest) -> Any:
         order.append(request.command)
         if request.command == "status":
             time.sleep(0.001)  # what making one takes
@@ -346,7 +346,7 @@ def test_behind_a_start_that_is_being_looked_at_an_emergency_stop_is_heard_at_on
     """On the same connection; what else is said there waits for its turn."""
     stopped = asyncio.Event()
 
-    async def slow(request: Request) -> Any:
+    async def slow(request: ClientRequest) -> Any:
         if request.command == "start":
             await stopped.wait()
         if request.command == "estop":

@@ -10,7 +10,7 @@ import pytest
 
 from rig.app import compose
 from rig.errors import RigError
-from rig.outputs import Kind, write_text
+from rig.outputs import OutputKind, write_text
 from rig.service.queue.job_queue import Queue
 from rig.service.records.kept_file import keep
 from rig.service.records.ledger import Ledger
@@ -31,9 +31,9 @@ WRITERS: dict[str, Callable[[Path], None]] = {
         "dry", "somebody", done=True
     ),
     "a ledger that forgets": forgotten,
-    "a calibration": lambda folder: write_text(folder / "kept.yaml", "angle: {}\n", Kind.CALIBRATION),
+    "a calibration": lambda folder: write_text(folder / "kept.yaml", "angle: {}\n", OutputKind.CALIBRATION),
     "a calibration that is replaced": lambda folder: [
-        write_text(folder / "kept.yaml", "angle: {}\n", Kind.CALIBRATION) for _ in "ab"
+        write_text(folder / "kept.yaml", "angle: {}\n", OutputKind.CALIBRATION) for _ in "ab"
     ].clear(),
 }
 

@@ -20,7 +20,7 @@ from rig.realtime.ring import Ring, RingWriter
 from rig.realtime.state import State
 from rig.sample import WIRES, Flag, Phase, Sample
 from rig.service.records import recorder as recorder_module
-from rig.service.records.orders import RunOrder, RunResult, Trouble
+from rig.service.records.orders import RecorderTrouble, RunOrder, RunResult
 from rig.service.records.recorder import Recorder
 
 WALL_NS = 1_700_000_000_000_000_000
@@ -51,7 +51,7 @@ def order(folder: Path, run: int = 1, sweep_ticks: int = 10) -> RunOrder:
 
 
 def recorded(
-    ring: Ring, samples: list[Sample], *orders: RunOrder, troubles: list[Trouble] | None = None
+    ring: Ring, samples: list[Sample], *orders: RunOrder, troubles: list[RecorderTrouble] | None = None
 ) -> list[RunResult]:
     """What a recorder makes of `samples`, which are in the ring before it begins."""
     writer = RingWriter(ring, 1)
@@ -71,7 +71,7 @@ def recorded(
             return [
                 word
                 for word in found
-                if not (isinstance(word, Trouble) and (troubles is None or troubles.append(word) is None))
+                if not (isinstance(word, RecorderTrouble) and (troubles is None or troubles.append(word) is None))
             ]
 
 
@@ -194,12 +194,12 @@ def test_a_folder_that_is_deleted_under_a_record_is_said_at_once(
 
     monkeypatch.setattr(RunWriter, "flush", flushing)
     (tmp_path / "logs").mkdir()
-    troubles: list[Trouble] = []
+    troubles: list[RecorderTrouble] = []
     (result,) = recorded(
         ring, [*(sample(t, 1) for t in range(2000)), sample(2000, 0)], order(tmp_path / "logs"), troubles=troubles
     )
     said = f"{tmp_path}/logs/run1.mcap.partial: was deleted or moved while it was being written"
-    assert troubles[-1] == Trouble(1, said, final=True), "while the run went on"
+    assert troubles[-1] == RecorderTrouble(1, said, final=True), "while the run went on"
     assert not result.valid
     assert result.error
 
@@ -217,7 +217,7 @@ def test_a_full_disk_is_said_at_once_and_again_when_it_has_room(
         return write(fd, data)
 
     monkeypatch.setattr(os, "write", refusing)
-    troubles: list[Trouble] = []
+    troubles: list[RecorderTrouble] = []
     samples = [*(sample(t, 1) for t in range(2000)), sample(2000, 1, Phase.NONE), sample(2001, 0)]
     (result,) = recorded(ring, samples, order(tmp_path), troubles=troubles)
     assert result.valid

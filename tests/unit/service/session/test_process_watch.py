@@ -16,7 +16,7 @@ from rig.errors import DeviceError
 from rig.realtime.commands import Mailbox
 from rig.realtime.faults import Fault
 from rig.realtime.ring import Ring, RingWriter
-from rig.realtime.safe_state import Outcome, SafeBlock, SafeReport, SecondPath, Verdict, Writer
+from rig.realtime.safe_state import LoopVerdict, Outcome, SafeBlock, SafeReport, SecondPath, Writer
 from rig.realtime.state import State
 from rig.sample import Sample
 from rig.service.connections.protocol import Refused
@@ -130,7 +130,7 @@ def test_a_supervisor_that_works_gets_its_time_and_is_believed(bench: Bench) -> 
     watch = bench.watch()
     bench.loop.end()
     watch.look()
-    bench.block.tell(SafeReport(Writer.SUPERVISOR, Verdict.ENDED, Outcome.SEEN, 1, 1, 2, 3))
+    bench.block.tell(SafeReport(Writer.SUPERVISOR, LoopVerdict.ENDED, Outcome.SEEN, 1, 1, 2, 3))
     until(watch, lambda: watch.safe.safe)
     time.sleep(2 * LOOP_PATIENCE_S)
     watch.look()

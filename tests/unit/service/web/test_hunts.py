@@ -6,14 +6,14 @@ from pathlib import Path
 
 import pytest
 
-from rig.app.gap.hunt_folder import FILE, Hunt, Step, open_hunt
+from rig.app.gap.hunt_folder import FILE, Hunt, HuntStep, open_hunt
 from rig.errors import ConfigError
 from rig.service.web.files.hunts import hunts
 
 
 def test_a_hunt_is_told_step_by_step(tmp_path: Path) -> None:
-    done = Step("step_1.yaml", "parts delay from friction", 2.5, "step_1", (("delay", 0.7), ("friction", 0.2)))
-    Hunt(tmp_path / "hunt_a", {}, (done, Step("step_2.yaml", "slower", 4.0)), "").save()
+    done = HuntStep("step_1.yaml", "parts delay from friction", 2.5, "step_1", (("delay", 0.7), ("friction", 0.2)))
+    Hunt(tmp_path / "hunt_a", {}, (done, HuntStep("step_2.yaml", "slower", 4.0)), "").save()
     (told,) = hunts(tmp_path)
     assert (told["name"], told["ended"]) == ("hunt_a", "")
     assert told["steps"][0]["possible"][0] == {"name": "delay", "probability": 0.7}

@@ -14,10 +14,10 @@ from rig.errors import RecordError
 from rig.log.convert import write_record
 from rig.record import Record
 from rig.service.web.files import curves
-from rig.service.web.files.diagnoses import Diagnoses, Question
-from rig.service.web.files.found import Found
+from rig.service.web.files.diagnoses import Diagnoses, DiagnosisRequest
+from rig.service.web.files.found import FoundDay
 from rig.service.web.files.past import past
-from rig.service.web.files.records import Records
+from rig.service.web.files.records import SessionFolders
 from rig.service.web.stream.feed import COLUMNS, Feed
 from rig.service.web.stream.glance import own_now
 from rig.service.web.units import units_of
@@ -69,8 +69,8 @@ def diagnosis(gap: float, play: float | None, unit: str = "mm") -> dict[str, Any
 
 def test_the_history_finds_the_day_of_a_change_and_says_it_in_mm() -> None:
     each = [diagnosis(0.2 + 2.0 * (n >= 6) + 0.01 * n, None if n < 6 else 4.0) for n in range(12)]
-    days = [Found(f"day {n:02d}", 86400.0 * n, found) for n, found in enumerate(each)]
-    told = past([*days[6:], *days[:6], Found("another rig", -1.0, diagnosis(1.0, None, "deg"))])
+    days = [FoundDay(f"day {n:02d}", 86400.0 * n, found) for n, found in enumerate(each)]
+    told = past([*days[6:], *days[:6], FoundDay("another rig", -1.0, diagnosis(1.0, None, "deg"))])
     assert [day["name"] for day in told["days"]] == [day.session for day in days]
     assert told["effects"] == {"backlash": "mm"}
     changed = {change["quantity"]: change["day"] for change in told["changes"]}
@@ -84,7 +84,7 @@ def test_the_newest_diagnosis_of_a_session_counts_and_only_of_what_was_asked(tmp
     asked_for = (("a", "day", "auto", 1.0), ("b", "day", "auto", 2.0), ("c", "day", "session", 3.0))
     for name, session, reference, gap in (*asked_for, ("d", "other", "auto", 4.0)):
         (tmp_path / name).mkdir()
-        asked = asdict(Question(session, "m", reference, (), 5.0, 7.0))
+        asked = asdict(DiagnosisRequest(session, "m", reference, (), 5.0, 7.0))
         (tmp_path / name / "asked.json").write_text(json.dumps(asked))
         (tmp_path / name / "found.json").write_text(json.dumps(diagnosis(gap, None)))
     (tmp_path / "e").mkdir()
@@ -98,7 +98,7 @@ def test_a_session_is_as_old_as_its_name_or_its_oldest_file_says(tmp_path: Path)
     for name in ("20260301T120000Z_paper", "loose_name", "20269999T120000Z_x"):
         (tmp_path / name).mkdir()
         made_log(tmp_path / name / "a.mcap")
-    records = Records(tmp_path)
+    records = SessionFolders(tmp_path)
     assert records.recorded_s("20260301T120000Z_paper") == 1772366400.0
     for name in ("loose_name", "20269999T120000Z_x"):
         assert records.recorded_s(name) == (tmp_path / name / "a.mcap").stat().st_mtime

@@ -11,8 +11,8 @@ from rig.app import compose
 from rig.errors import ConfigError, RecordError, RigError, StateError
 from rig.service.web.files.bringup import SEEN, BringUp, all_steps
 from rig.service.web.files.catalogue import Catalogue
-from rig.service.web.files.diagnoses import Diagnoses, Question
-from rig.service.web.files.records import Records
+from rig.service.web.files.diagnoses import Diagnoses, DiagnosisRequest
+from rig.service.web.files.records import SessionFolders
 
 GOOD = {
     "lateness_us": {"p99": 12.0}, "denied": [], "fault": None,
@@ -20,8 +20,8 @@ GOOD = {
 }  # fmt: skip
 
 
-def question(reference: str = "auto") -> Question:
-    return Question("day", "simulated", reference, (), time.time(), 0.0)
+def question(reference: str = "auto") -> DiagnosisRequest:
+    return DiagnosisRequest("day", "simulated", reference, (), time.time(), 0.0)
 
 
 def test_a_diagnosis_that_cannot_be_made_says_why_in_one_line(tmp_path: Path) -> None:
@@ -95,7 +95,7 @@ def test_records_are_looked_up_in_listings(tmp_path: Path) -> None:
     (tmp_path / "secret.mcap").write_bytes(b"")
     (logs / "link").symlink_to(tmp_path)
     (logs / "day" / "link.mcap").symlink_to(tmp_path / "secret.mcap")
-    records = Records(logs)
+    records = SessionFolders(logs)
     assert {session["name"] for session in records.sessions()} == {"day", "-loose-"}
     assert [file.name for file in records.files("day")] == ["a.mcap"]
     for session, name in (
