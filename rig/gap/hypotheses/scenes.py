@@ -1,4 +1,8 @@
-"""The two scenes on which hypotheses compete: the pressures under the commands, and the angle under the pressures."""
+"""The two scenes on which hypotheses compete: the pressures under the commands, and the angle under the pressures.
+
+Each is built in one order, and the order counts: `less_sure` multiplies all that was doubted before it where the
+records are fast, and what is doubted after it stands beside that at its own size.
+"""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -19,7 +23,7 @@ from rig.gap.reference.own_days import angle_days, own_factor, pressure_days
 from rig.gap.reference.unrepeated import shown_by, with_unrepeated
 from rig.gap.response.lateness import displaced
 from rig.gap.response.propagate import RecordContext, as_late_as_measured
-from rig.gap.settings import ENVELOPE_EVEN, ENVELOPE_HZ, ZERO_BY_HAND, Fitted, Prior
+from rig.gap.settings import ENVELOPE_EVEN, ENVELOPE_HZ, ZERO_BY_HAND, FactorLevels, Fitted, Prior
 from rig.model.effect_stages import EFFECT_STAGES
 from rig.model.slots import AHEAD
 from rig.record import Column
@@ -115,12 +119,7 @@ def angle_scene(expected: Expected, settings: Fitted, whole: Expected | None = N
     """The angle of some records; scales are those of the `whole`."""
     contexts, base, response = expected.contexts, expected.base, expected.response
     known = settings.levels[expected.levels]
-    levels = known.angle.later(0.0 if expected.driven else expected.unsure_lag_s)
-    levels = levels if expected.misread is None else expected.misread.levels(levels)
-    if expected.mean_unseen:
-        levels = levels.of_any_mean()
-    if expected.other_zero:
-        levels = levels.of_any_zero()
+    levels = _angle_levels(expected, known.angle)
     parts, days = parts_of_angle(expected)
     factor = own_factor(parts, days, levels, settings.prior).of_any_build(known.builds)
     if expected.zeroed:
@@ -139,6 +138,17 @@ def angle_scene(expected: Expected, settings: Fitted, whole: Expected | None = N
     scales = law_scales((whole or expected).contexts, expected.response.tau0_s)
     change = angle_change(contexts, base, response, expected.driven)
     return Scene(factor, change, response, scales, moving, settings.prior, known.odds)
+
+
+def _angle_levels(expected: Expected, levels: FactorLevels) -> FactorLevels:
+    """How far the angle may differ without a gap, by what these records leave unsaid: the lag of a command, the errors
+    of the monitors, the mean pressure, the zero."""
+    levels = levels.later(0.0 if expected.driven else expected.unsure_lag_s)
+    if expected.misread is not None:
+        levels = expected.misread.levels(levels)
+    if expected.mean_unseen:
+        levels = levels.of_any_mean()
+    return levels.of_any_zero() if expected.other_zero else levels
 
 
 def _answering_other_pressures(factor: Factor, expected: Expected, prior: Prior) -> Factor:
