@@ -32,7 +32,7 @@ _BEGINNING: Final = (
 )
 """The answering process: an isolated interpreter knows neither PYTHONPATH nor the folder that the package came from,
 and would answer by whichever is installed."""
-Known = dict[tuple[tuple[str, int, int], ...], "Sequence[Record]"]
+DaysRead = dict[tuple[tuple[str, int, int], ...], "Sequence[Record]"]
 """Records of days by their files' names, devices and inodes."""
 _FAILURES: Final = (RigError, ValueError, ArithmeticError, LookupError)
 """What a diagnosis may raise on one case without ending the check: that case then counts as wrong."""
@@ -84,43 +84,45 @@ def main(arguments: Sequence[str]) -> None:
     (questions, answers), tokens = (Path(place).resolve() for place in places), arguments[3:]
     layers = sandbox.enter([questions / token for token in tokens], [answers])
     end_with(int(parent))  # after the sandbox: whoever gets another identity loses what he asked of the kernel before
-    known: Known = {}
+    days_read: DaysRead = {}
     for token in tokens:
-        write_json(answers / f"{token}.json", answer_question(questions / token, known) | {"sandbox_layers": layers})
+        write_json(
+            answers / f"{token}.json", answer_question(questions / token, days_read) | {"sandbox_layers": layers}
+        )
 
 
-def answer_question(place: Path, known: Known | None = None) -> dict[str, Any]:
-    """The answers of one question, mode by mode: diagnosis as JSON, augmented model, seconds, or the error. `known`:
-    days that were read for a question before, and are added to."""
+def answer_question(place: Path, days_read: DaysRead | None = None) -> dict[str, Any]:
+    """The answers of one question, mode by mode: diagnosis as JSON, augmented model, seconds, or the error.
+    `days_read`: days that were read for a question before, and are added to."""
     from rig.blind_check.naive import naive_answers
     from rig.log.reader import read
 
-    told = place / "question.json"
-    question = read_json(told) if told.exists() else {"modes": list(DEFAULT), "leave_out": []}
+    question_file = place / "question.json"
+    question = read_json(question_file) if question_file.exists() else {"modes": list(DEFAULT), "leave_out": []}
     records = read(place / "records")
     found = sorted((place / "baselines").glob("day_*")) if (place / "baselines").is_dir() else []
-    days = [_read_once(day, {} if known is None else known) for day in found]
+    days = [_read_once(day, {} if days_read is None else days_read) for day in found]
     modes: dict[str, Any] = {}
     for name in question["modes"]:
         begun, worked = time.perf_counter(), time.process_time()
         experiments = [read(one) for one in sorted((place / "experiments" / name).glob("*"))]
         try:
-            said = diagnosed(place, records, days, MODES[name], question["leave_out"], experiments)
+            answered = diagnosed(place, records, days, MODES[name], question["leave_out"], experiments)
         except _FAILURES as error:
-            said = {"error": f"{type(error).__name__}: {error}"}
-        modes[name] = said | {"seconds": time.perf_counter() - begun, "cpu_seconds": time.process_time() - worked}
+            answered = {"error": f"{type(error).__name__}: {error}"}
+        modes[name] = answered | {"seconds": time.perf_counter() - begun, "cpu_seconds": time.process_time() - worked}
     naive = {mode: naive_answers(records, days, place.name, mode == "pressures") for mode in ("pressures", "angle")}
     return {"modes": modes, "naive": naive, "leave_out": question["leave_out"]}
 
 
-def _read_once(day: Path, known: Known) -> "Sequence[Record]":
+def _read_once(day: Path, days_read: DaysRead) -> "Sequence[Record]":
     """The records of a day; the cases of one rig are given the same files (`link_day`), which need be read once."""
     from rig.log.reader import read
 
     files = tuple((path.name, path.stat().st_dev, path.stat().st_ino) for path in sorted(day.iterdir()))
-    if files not in known:
-        known[files] = read(day)
-    return known[files]
+    if files not in days_read:
+        days_read[files] = read(day)
+    return days_read[files]
 
 
 def diagnosed(

@@ -64,18 +64,18 @@ def score_case(folder: CheckFolder, token: str, label: Label) -> Scored:
     from rig.model.parameters import load_model
 
     answer = read_json(folder.answer(token))
-    told, untouched, healthy = read_truth(folder.truth(token))
-    truth, facts = truth_of(label), facts_of(told)
+    case_facts, untouched, healthy = read_truth(folder.truth(token))
+    truth, facts = truth_of(label), facts_of(case_facts)
     rows, later = {}, rounds_of(folder, token, truth, facts)
-    for mode, said in answer["modes"].items():
+    for mode, reply in answer["modes"].items():
         model = load_model(folder.question(token) / MODEL_FILES[MODES[mode].model])
         rows[mode] = replace(
-            score_mode(mode, said, truth, facts),
-            realised_ef=realised(model, said, truth, untouched, healthy),
+            score_mode(mode, reply, truth, facts),
+            realised_ef=realised(model, reply, truth, untouched, healthy),
             truth_withheld=bool(set(truth.effects) & set(answer["leave_out"])),
             rounds=tuple(later.get(mode, ())),
         )
-    return Scored(rows, answer["naive"], answer["sandbox_layers"], told, token)
+    return Scored(rows, answer["naive"], answer["sandbox_layers"], case_facts, token)
 
 
 def result_of(folder: CheckFolder) -> dict[str, Any]:
@@ -96,9 +96,9 @@ def result_of_all(folders: Sequence[CheckFolder], unfinished: bool = False) -> d
         raise RecordError(f"{folders[0].root}: the same labels are there twice; name each check once")
     together = hashlib.sha256("".join(sorted(hashes)).encode()).hexdigest()
     cases = [case for _, some in parts for case in some]
-    known = {name for part, some in parts for name in part["fitted_on"] if name in _judged(some)}
+    fitted_on = {name for part, some in parts for name in part["fitted_on"] if name in _judged(some)}
     public = {"sealed_sha256": together, "parts": [part for part, _ in parts]}
-    return public | result_from(cases, parts[0][0]["seed"], sorted(known))
+    return public | result_from(cases, parts[0][0]["seed"], sorted(fitted_on))
 
 
 def _judged(cases: Sequence[Scored]) -> set[str]:
@@ -187,11 +187,11 @@ def _naive(cases: Sequence[Scored], name: str) -> dict[str, Any]:
     def answered(pressures: bool) -> dict[str, Any]:
         mode = next((mode for mode in asked if MODES[mode].pressures is pressures), asked[0])
         column = "pressures" if pressures else "angle"
-        said = [(case.rows[mode], case.naive[column][name]) for case in cases if mode in case.rows]
-        return naive_result(said, lambda name, truth: _alike(name, truth, pressures))
+        named = [(case.rows[mode], case.naive[column][name]) for case in cases if mode in case.rows]
+        return naive_result(named, lambda name, truth: _alike(name, truth, pressures))
 
     return {"pressures": answered(True), "angle": answered(False)}
 
 
-def _alike(said: str, truth: str, pressures: bool) -> bool:
-    return said in LIBRARY and truth in LIBRARY and effect_class(said, pressures) == effect_class(truth, pressures)
+def _alike(named: str, truth: str, pressures: bool) -> bool:
+    return named in LIBRARY and truth in LIBRARY and effect_class(named, pressures) == effect_class(truth, pressures)

@@ -49,8 +49,8 @@ def recommended(answer: Mapping[str, Any]) -> dict[str, Commands]:
     """Mode by mode the commands of the experiment that an answer recommends; none where it recommends none, or a sweep
     that cannot be read. Only the modes of the goals are asked again."""
     found = {}
-    for mode, said in answer["modes"].items():
-        wanted = (said.get("diagnosis") or {}).get("next_experiment")
+    for mode, reply in answer["modes"].items():
+        wanted = (reply.get("diagnosis") or {}).get("next_experiment")
         if wanted and not MODES[mode].withheld:
             try:
                 found[mode] = commands_of(wanted["config"])
@@ -81,16 +81,16 @@ def rounds_of(
         if not answered.exists():
             break
         before = read_json(_round(folder, number - 1).answer(token))["modes"]
-        for mode, said in read_json(answered)["modes"].items():
-            row = score_mode(mode, said, truth, facts)
+        for mode, reply in read_json(answered)["modes"].items():
+            row = score_mode(mode, reply, truth, facts)
             wanted = before[mode]["diagnosis"]["next_experiment"]
-            found.setdefault(mode, []).append(_round_after(wanted, said, row))
+            found.setdefault(mode, []).append(_round_after(wanted, reply, row))
     return found
 
 
-def _round_after(wanted: Mapping[str, Any], said: Mapping[str, Any], row: Row) -> Round:
+def _round_after(wanted: Mapping[str, Any], reply: Mapping[str, Any], row: Row) -> Round:
     names = set(wanted["separates"])
-    causes = (said.get("diagnosis") or {"causes": []})["causes"]
+    causes = (reply.get("diagnosis") or {"causes": []})["causes"]
     truth = names & set(row.effects)
     left = names & {name for cause in causes for name in (cause["effect"], *cause["ambiguous_with"])}
     return Round(

@@ -36,11 +36,11 @@ def naive_answers(
 
 def _pairs(records: Sequence[Record], baselines: Sequence[Sequence[Record]]) -> list[tuple[Record, Record]]:
     """Each record beside the first baseline of its name and length."""
-    known = {record.name: record for day in reversed(baselines) for record in day}
+    baseline_of = {record.name: record for day in reversed(baselines) for record in day}
     return [
-        (record, known[record.name])
+        (record, baseline_of[record.name])
         for record in records
-        if record.name in known and len(known[record.name]) == len(record)
+        if record.name in baseline_of and len(baseline_of[record.name]) == len(record)
     ]
 
 

@@ -40,7 +40,7 @@ class PutIn:
     signed: bool = False
     of_span: bool = False
     """`low` and `high` are shares of the angle's span, the size itself is in deg."""
-    known: bool = True
+    in_library: bool = True
     """The library has it."""
 
     def bounds(self, span_deg: float) -> tuple[float, float]:
@@ -72,8 +72,8 @@ def lagging(angle: Column, tau_s: float, period_s: float) -> Column:
     steps, keep = len(angle), float(np.exp(-period_s / FINE / tau_s))
     straight = np.interp(np.arange(steps * FINE) / FINE, np.arange(steps), angle)
     behind = np.asarray(lfilter([1.0 - keep], [1.0, -keep], straight - angle[0]))
-    told: Column = behind[::FINE] + angle[0]
-    return told
+    lagged: Column = behind[::FINE] + angle[0]
+    return lagged
 
 
 def lost(angle: Column, share: float, random: Generator) -> Column:
@@ -142,7 +142,7 @@ PUT_IN: Final[Mapping[str, PutIn]] = {
     ),
     "lost_samples": PutIn("sensor", "1", 0.005, 0.6, _on_angle(lost), "probability"),
     "sensor_dropout": PutIn("sensor", "1", 0.002, 0.2, _on_angle(dropped), "probability"),
-    "sensor_eccentricity": PutIn("sensor", "deg", 1e-3, 0.2, _on_angle(_uneven), of_span=True, known=False),
-    "sensor_backlog": PutIn("sensor", "s", 0.01, 2.0, _behind_buffer, known=False),
+    "sensor_eccentricity": PutIn("sensor", "deg", 1e-3, 0.2, _on_angle(_uneven), of_span=True, in_library=False),
+    "sensor_backlog": PutIn("sensor", "s", 0.01, 2.0, _behind_buffer, in_library=False),
 }  # fmt: skip
 """Effect -> how it is put in."""

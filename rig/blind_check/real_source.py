@@ -123,8 +123,8 @@ class RecordsSource:
             }  # fmt: skip
             day = _put(law, size, day, seed)
         ratio = _ratio(day, whole, held)
-        told = {"effects": facts, "ratio_angle": ratio, "ratio_sisters": ratio, "ratio_pressure": None}
-        return PutInCase(_named(day.given), _named(day.untouched), told | {"floor_deg": held.floor_deg})
+        case_facts = {"effects": facts, "ratio_angle": ratio, "ratio_sisters": ratio, "ratio_pressure": None}
+        return PutInCase(_named(day.given), _named(day.untouched), case_facts | {"floor_deg": held.floor_deg})
 
     def repeat(self, label: Label, facts: Mapping[str, Any], commands: Commands, number: int) -> Named:
         raise RecordError(f"{self.folder}: nothing can be recorded anew on a rig of which there are records alone")
@@ -187,10 +187,10 @@ def _later(record: Record) -> Record:
 
 def _even(record: Record) -> Record:
     """The record on an even time base without missing values: effects and identification want one."""
-    known = np.isfinite(np.asarray(record.angle_deg))
+    measured = np.isfinite(np.asarray(record.angle_deg))
     t = (
         record.t_s
-        if is_regular(record, record.period_s) and known.all()
+        if is_regular(record, record.period_s) and measured.all()
         else np.arange(record.t_s[0], record.t_s[-1], record.period_s)
     )
     columns = {
@@ -264,12 +264,12 @@ def _size_for(law: PutIn, sign: int, wanted: float, held: Held, seed: int) -> fl
 
 
 def _of_kind(kind: CaseKind) -> list[tuple[str, ...]]:
-    known = [name for name, law in PUT_IN.items() if law.known and name in LIBRARY]
+    in_library = [name for name, law in PUT_IN.items() if law.in_library and name in LIBRARY]
     kinds: dict[CaseKind, list[tuple[str, ...]]] = {
         CaseKind.NONE: [()],
-        CaseKind.SINGLE: [(name,) for name in known],
+        CaseKind.SINGLE: [(name,) for name in in_library],
         CaseKind.PAIR: [("delay", name) for name in PAIRED],
-        CaseKind.FOREIGN: [(name,) for name, law in PUT_IN.items() if not law.known],
+        CaseKind.FOREIGN: [(name,) for name, law in PUT_IN.items() if not law.in_library],
     }
     return kinds[kind]
 

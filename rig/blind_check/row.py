@@ -194,9 +194,9 @@ def truth_of(label: Mapping[str, Any]) -> Truth:
     return _read(label, Truth, "a label")
 
 
-def facts_of(told: Mapping[str, Any]) -> Facts:
+def facts_of(plain: Mapping[str, Any]) -> Facts:
     """What the scorer reads of a generator's facts."""
-    return _read(told, Facts, "the facts of a case")
+    return _read(plain, Facts, "the facts of a case")
 
 
 def read_scored(path: Path) -> Scored:

@@ -33,9 +33,10 @@ FLAGS: Final = {Verdict.UNKNOWN, Verdict.PARTLY_EXPLAINED}
 
 def score_mode(mode: str, answer: Mapping[str, Any], truth: Truth, facts: Facts) -> Row:
     """One case in one mode as a row: what was true, what was said (the JSON of an answer), what of it was right."""
-    said, asked = answer.get("diagnosis") or {"verdict": "error", "gap": {}, "where": {}, "causes": []}, MODES[mode]
-    causes = [cause for cause in said["causes"] if cause["effect"] != UNKNOWN]
-    verdict, first = said["verdict"], causes[0] if causes else {}
+    diagnosis = answer.get("diagnosis") or {"verdict": "error", "gap": {}, "where": {}, "causes": []}
+    asked = MODES[mode]
+    causes = [cause for cause in diagnosis["causes"] if cause["effect"] != UNKNOWN]
+    verdict, first = diagnosis["verdict"], causes[0] if causes else {}
     row = Row(
         kind=truth.kind,
         effects=truth.effects,
@@ -50,12 +51,12 @@ def score_mode(mode: str, answer: Mapping[str, Any], truth: Truth, facts: Facts)
         unknown=verdict == Verdict.UNKNOWN,
         named=tuple(cause["effect"] for cause in causes),
         names=(first["effect"], *first["ambiguous_with"]) if first else (),
-        stage_said=said["where"].get("stage"),
+        stage_said=diagnosis["where"].get("stage"),
         confidence=first.get("confidence"),
-        predicted_ef=said["gap"].get("explained_fraction"),
-        ef_interval=_interval(said["gap"]) if causes else None,
-        contradictions=tuple(contradictions(said)) if said["gap"] else (),
-        reference=said.get("reference"),
+        predicted_ef=diagnosis["gap"].get("explained_fraction"),
+        ef_interval=_interval(diagnosis["gap"]) if causes else None,
+        contradictions=tuple(contradictions(diagnosis)) if diagnosis["gap"] else (),
+        reference=diagnosis.get("reference"),
         absorbed=asked.retunes and bool(ABSORBED & set(truth.effects)),
         seconds=answer["seconds"],
         cpu_seconds=answer.get("cpu_seconds"),
@@ -63,13 +64,13 @@ def score_mode(mode: str, answer: Mapping[str, Any], truth: Truth, facts: Facts)
     )
     if truth.kind is CaseKind.NONE:
         return row
-    return replace(_right(row, first, facts, asked.pressures), absorbed_right=_retuned(said, row))
+    return replace(_right(row, first, facts, asked.pressures), absorbed_right=_retuned(diagnosis, row))
 
 
-def _retuned(said: Mapping[str, Any], row: Row) -> bool:
+def _retuned(diagnosis: Mapping[str, Any], row: Row) -> bool:
     """Of an effect that a fit of the simulator's own parameters absorbs: is that said, which one moved, and what would
     look the same?"""
-    retuning = said.get("retuning") or {"closes_fraction": 0.0, "parameters": []}
+    retuning = diagnosis.get("retuning") or {"closes_fraction": 0.0, "parameters": []}
     alike = {*row.names, *retuning.get("looks_like", [])}
     absorbed = retuning["closes_fraction"] >= ABSORBED_SHARE and bool(retuning["parameters"])
     return absorbed and bool(alike & set(row.effects))

@@ -127,12 +127,12 @@ def withheld_result(rows: Sequence[Row]) -> dict[str, Any]:
 
 def naive_result(answers: Sequence[tuple[Row, str]], same_class: Callable[[str, str], bool]) -> dict[str, Any]:
     """The same first figures for a baseline that answers each row with one name, or with none."""
-    single = [(row.effects[0], said) for row, said in answers if row.kind is CaseKind.SINGLE and row.is_clear]
+    single = [(row.effects[0], named) for row, named in answers if row.kind is CaseKind.SINGLE and row.is_clear]
     return {
-        "false_alarms": Rate.of(said != NONE for row, said in answers if not row.has_cause).to_json(),
-        "detected": Rate.of(said != NONE for row, said in answers if row.has_cause and row.is_clear).to_json(),
-        "class_first": Rate.of(same_class(said, truth) for truth, said in single).to_json(),
-        "exact_first": Rate.of(said == truth for truth, said in single).to_json(),
+        "false_alarms": Rate.of(named != NONE for row, named in answers if not row.has_cause).to_json(),
+        "detected": Rate.of(named != NONE for row, named in answers if row.has_cause and row.is_clear).to_json(),
+        "class_first": Rate.of(same_class(named, truth) for truth, named in single).to_json(),
+        "exact_first": Rate.of(named == truth for truth, named in single).to_json(),
     }
 
 
@@ -189,9 +189,9 @@ def _confusion(rows: Sequence[Row]) -> dict[str, dict[str, int]]:
     """Truth -> what was named first (or the verdict without a name) -> how often."""
     matrix: dict[str, dict[str, int]] = {}
     for row in rows:
-        said = row.names[0] if row.names else row.verdict
+        named = row.names[0] if row.names else row.verdict
         line = matrix.setdefault(row.effects[0], {})
-        line[said] = line.get(said, 0) + 1
+        line[named] = line.get(named, 0) + 1
     return {truth: dict(sorted(line.items(), key=lambda item: -item[1])) for truth, line in sorted(matrix.items())}
 
 

@@ -61,12 +61,12 @@ def _scored(folder: CheckFolder, name: str, label: OwnLabel) -> Scored:
         raise RecordError(f"{path}: no answer to {name!r}; run `pamrig gap check answer {folder.root}` first")
     answer = read_json(path)
     facts = _facts(label, answer)
-    rows = {mode: score_mode(mode, said, label.truth, facts) for mode, said in answer["modes"].items()}
+    rows = {mode: score_mode(mode, reply, label.truth, facts) for mode, reply in answer["modes"].items()}
     return Scored(rows, answer["naive"], answer["sandbox_layers"])
 
 
 def _facts(label: OwnLabel, answer: Mapping[str, Any]) -> Facts:
-    said = answer["modes"]["pressures"].get("diagnosis") or {"gap": {}}
-    ratio = label.ratio if label.ratio is not None else said["gap"].get("ratio", 0.0)
+    diagnosis = answer["modes"]["pressures"].get("diagnosis") or {"gap": {}}
+    ratio = label.ratio if label.ratio is not None else diagnosis["gap"].get("ratio", 0.0)
     stages = {effect: LIBRARY[effect].stage if effect in LIBRARY else UNKNOWN for effect in label.truth.effects}
     return Facts({effect: EffectFact(stage, "") for effect, stage in stages.items()}, ratio)

@@ -111,7 +111,7 @@ class EarlierDays:
     def lines(self) -> Iterator[str]:
         """The same, and a line for each that disagrees with the others."""
         yield from self.listed()
-        yield from (f"note: {said}" for said in self.odd.values())
+        yield from (f"note: {why}" for why in self.odd.values())
 
 
 def earlier_days(baselines: Sequence[Path], model_file: Path | None = None, *, every: bool = False) -> EarlierDays:

@@ -170,10 +170,10 @@ def diagnose_campaign(
 
     with executor(dask, workers) as pool, progress("diagnosing", len(cases)) as update:
         update(0.0, first_time())
-        told = dict(
+        outcomes = dict(
             each(pool, partial(_diagnosed, options), cases, lambda done: update(done, f"{done} of {len(cases)} days"))
         )
-    ordered = [(case.name, *told[case.name]) for case in cases]
+    ordered = [(case.name, *outcomes[case.name]) for case in cases]
     found = {name: one for name, one, _ in ordered if one is not None}
     failed = {str(name): why for name, one, why in ordered if one is None}
     campaign = Campaign(found, failed, [why for _, one, why in ordered if one is not None and why])
@@ -264,7 +264,7 @@ def _origin(
     begun = sorted(float(record.facts["started_ns"]) for record in shown if record.facts.get("started_ns"))
     days = [datetime.fromtimestamp(1e-9 * at, UTC).strftime("%Y-%m-%d") for at in begun]
     rigs = sorted({str(record.facts["rig"]) for record in shown if record.facts.get("rig")})
-    told = {
+    origin = {
         "Rig": ", ".join(rigs),
         "Recorded on": " to ".join(dict.fromkeys([*days[:1], *days[-1:]])),
         "Records": ", ".join(map(str, case.logs)),
@@ -274,7 +274,7 @@ def _origin(
         "Program": f"pamrig {version('pamrig')}",
         "Command": options.command,
     }
-    return {name: text for name, text in told.items() if text}
+    return {name: text for name, text in origin.items() if text}
 
 
 def _told_once(records: "Sequence[Record]") -> dict[str, str]:

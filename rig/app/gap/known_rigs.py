@@ -46,7 +46,7 @@ class Asked:
 
 
 @dataclass(frozen=True)
-class Known:
+class DescribedRig:
     """The rig that is asked about."""
 
     rig: RehearsedRig
@@ -58,7 +58,7 @@ class Known:
     """That it can have."""
 
 
-def known_by_call(asked: Asked) -> Known:
+def described_by_call(asked: Asked) -> DescribedRig:
     """The rig as the best reference there is describes it; ModelError, ConfigError or RecordError when none does, or
     when model, earlier days and YAML are of different rigs."""
     model = load_model(find_config(asked.model, "models"))
@@ -70,10 +70,10 @@ def known_by_call(asked: Asked) -> Known:
     period_s = model.sample_time_s if file is None else file.period_ns * 1e-9
     if file is None and days:
         period_s = days[0][0].period_s
-    known = known_of(model, days, asked.reference)
-    rig = replace(known, pressures=known.pressures and asked.pressures, grid_s=_grid_s(period_s))
+    described = known_of(model, days, asked.reference)
+    rig = replace(described, pressures=described.pressures and asked.pressures, grid_s=_grid_s(period_s))
     names = possible(channels, [], None if file is None else file.effects, f"{asked.rig}: effects")
-    return Known(rig, model, period_s, channels, tuple(LIBRARY[name] for name in names))
+    return DescribedRig(rig, model, period_s, channels, tuple(LIBRARY[name] for name in names))
 
 
 def _grid_s(period_s: float) -> float:
@@ -100,22 +100,24 @@ def _described(model: Model, days: Sequence[Sequence[Record]], reference: str) -
     return _by_simulator(model, sister=reference == Kind.SIMULATOR)
 
 
-def _by_fingerprint(known: Fingerprint) -> RehearsedRig:
-    levels, missed_mpa, missed_deg = known_how(known)
-    noise = Noise(known.noise_deg, float(np.mean(known.noise_mpa)) if known.noise_mpa else Noise.pressure_mpa)
-    driven = known.pressures is PressureSource.MEASURED
-    rig = RehearsedRig(response_of(known), levels, driven, noise, missed_mpa=missed_mpa, missed_deg=missed_deg)
-    kept = unpacked(known.day)
+def _by_fingerprint(fingerprint: Fingerprint) -> RehearsedRig:
+    levels, missed_mpa, missed_deg = known_how(fingerprint)
+    noise = Noise(
+        fingerprint.noise_deg, float(np.mean(fingerprint.noise_mpa)) if fingerprint.noise_mpa else Noise.pressure_mpa
+    )
+    driven = fingerprint.pressures is PressureSource.MEASURED
+    rig = RehearsedRig(response_of(fingerprint), levels, driven, noise, missed_mpa=missed_mpa, missed_deg=missed_deg)
+    kept = unpacked(fingerprint.day)
     if not kept:
         return rig
-    itself = from_response(rig.response, pair_up(kept, [], known.p0_mpa, pressures=driven))
+    itself = from_response(rig.response, pair_up(kept, [], fingerprint.p0_mpa, pressures=driven))
     return as_steady_as(rig, itself.contexts)
 
 
 def _by_simulator(model: Model, *, sister: bool) -> RehearsedRig:
     records = [simulate(model, record) for record in commands_of(DEFAULT_SWEEP, model.sample_time_s)]
-    known = known_rig(expect(Kind.SIMULATOR, sister, model, pair_up(records, [], model.p0_mpa)))
-    return replace(known, noise=Noise())  # a simulator's own records have none
+    described = known_rig(expect(Kind.SIMULATOR, sister, model, pair_up(records, [], model.p0_mpa)))
+    return replace(described, noise=Noise())  # a simulator's own records have none
 
 
 def family_rig(family: str, unit: int) -> RehearsedRig:
@@ -123,6 +125,6 @@ def family_rig(family: str, unit: int) -> RehearsedRig:
     simulator = by_plant(family, unit, 0)
     records = [simulator.answer(record) for record in commands_of(DEFAULT_SWEEP, simulator.period_s)]
     model = load_model(find_config(Path("simulated"), "models"))
-    known = fingerprint_of(records, model)
-    assert known is not None
-    return _by_fingerprint(known)
+    fingerprint = fingerprint_of(records, model)
+    assert fingerprint is not None
+    return _by_fingerprint(fingerprint)

@@ -111,7 +111,7 @@ def provenance_of(plan: FittingPlan, before: Fitted, laws: Collection[str]) -> F
     """The provenance once levels, and the errors of these `laws`, are fitted anew; of the odds, and of what no rig told
     anything of, as it was."""
     rigs = plan.units * len(plan.families)
-    known = before.provenance
+    provenance = before.provenance
     made = origin(
         f"pamrig gap calibrate --units {plan.units} --seed {plan.seed}", [plan.seed], plan.families,
         f"{rigs} rigs, {rigs * len(DAYS)} healthy days",
@@ -120,9 +120,11 @@ def provenance_of(plan: FittingPlan, before: Fitted, laws: Collection[str]) -> F
         *(f"levels.{name}.odds" for name in before.levels),
         *(f"prior.laws.{name}" for name in before.prior.laws if name not in laws),
     ]
-    kept = {path: one for path, one in known.parts.items() if any(path.startswith(f"{below}.") for below in untouched)}
-    kept |= {path: one for path in untouched if (one := known.of(path)) is not None}
-    renewed = known.renewed({"levels": made, "prior.laws": made, "prior.law_shares": made})
+    kept = {
+        path: one for path, one in provenance.parts.items() if any(path.startswith(f"{below}.") for below in untouched)
+    }
+    kept |= {path: one for path in untouched if (one := provenance.of(path)) is not None}
+    renewed = provenance.renewed({"levels": made, "prior.laws": made, "prior.law_shares": made})
     return FitProvenance(list(plan.families), rigs, rigs * len(DAYS), {**renewed.parts, **kept})
 
 

@@ -33,17 +33,17 @@ def past_days(options: DiagnosisOptions, cases: Sequence[NamedDay], workers: int
 def _begun(cases: Sequence[NamedDay]) -> dict[str, float]:
     """Day -> seconds at which its records began, since one moment for all; where nothing says so of any, a day apart in
     the order of their names."""
-    known = {str(case.name): _when(case) for case in cases}
-    unknown = [name for name, at in known.items() if at is None]
-    if len(unknown) == len(known):
-        return {name: number * _DAY_S for number, name in enumerate(known)}
+    begun_s = {str(case.name): _when(case) for case in cases}
+    unknown = [name for name, at in begun_s.items() if at is None]
+    if len(unknown) == len(begun_s):
+        return {name: number * _DAY_S for number, name in enumerate(begun_s)}
     if unknown:
         more = f" (and of {len(unknown) - 1} more)" if len(unknown) > 1 else ""
         raise ConfigError(
             f"{unknown[0]}: neither the folder's name nor its records say when it was{more}, as others do; put the "
             f"date into the name, as {unknown[0]}_2026-03-09"
         )
-    return {name: at for name, at in known.items() if at is not None}
+    return {name: at for name, at in begun_s.items() if at is not None}
 
 
 def _when(case: NamedDay) -> float | None:
@@ -57,8 +57,8 @@ def _when(case: NamedDay) -> float | None:
     from rig.log.reader import read_all
 
     begun = [record.facts.get("started_ns") for record in read_all(case.logs)]
-    known = [1e-9 * float(at) for at in begun if at]
-    return min(known, default=None)
+    started_s = [1e-9 * float(at) for at in begun if at]
+    return min(started_s, default=None)
 
 
 def history_report(history: History) -> dict[str, Any]:
@@ -71,8 +71,8 @@ def history_report(history: History) -> dict[str, Any]:
         "false_alarm_rate": FALSE_ALARM_RATE,
     }
     own = history.channels
-    told: dict[str, Any] = own_plain(plain, own)
-    return told if own.has_valves else told | {"channels": own.plain()}
+    in_own_units: dict[str, Any] = own_plain(plain, own)
+    return in_own_units if own.has_valves else in_own_units | {"channels": own.plain()}
 
 
 def _plain(day: Day) -> dict[str, Any]:

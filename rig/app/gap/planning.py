@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from rig.app.gap.effects import sizes_of
-from rig.app.gap.known_rigs import DEFAULT_SWEEP, Asked, Known, family_rig, known_by_call
+from rig.app.gap.known_rigs import DEFAULT_SWEEP, Asked, DescribedRig, described_by_call, family_rig
 from rig.app.gap.levels import known_families
 from rig.app.model.simulating import commands_of
 from rig.app.shipped import find_config
@@ -52,33 +52,33 @@ class Able:
 def capability_of(asked: Asked, sweeps: Sequence[Path]) -> Able:
     """What each sweep would tell on the rig; EnvelopeError when the rig's YAML forbids one, ConfigError for one that
     closes the loop, RecordError for one of which a diagnosis would use no record."""
-    known, settings = known_by_call(asked), fitted()
+    described, settings = described_by_call(asked), fitted()
     found: dict[str, Capability] = {}
     notes: list[str] = []
     for path in sweeps or [DEFAULT_SWEEP]:
         sweep = load_sweep(find_config(path, "sweeps"))
         _check_limits(sweep, asked.rig)
-        commands = commands_of(path, known.period_s)
-        plans = _usable(known, expand(sweep, known.rig.grid_ns), notes)
-        made = capability(rehearse(known.rig, plans), known.effects, settings)
-        found[sweep.name] = replace(made, abilities=(*made.abilities, *_raw(asked, known, commands)))
-    return Able(found, known.channels, known.rig.kind, tuple(notes))
+        commands = commands_of(path, described.period_s)
+        plans = _usable(described, expand(sweep, described.rig.grid_ns), notes)
+        made = capability(rehearse(described.rig, plans), described.effects, settings)
+        found[sweep.name] = replace(made, abilities=(*made.abilities, *_raw(asked, described, commands)))
+    return Able(found, described.channels, described.rig.kind, tuple(notes))
 
 
-def _usable(known: Known, plans: Sequence[RunPlan], notes: list[str]) -> list[RunPlan]:
+def _usable(described: DescribedRig, plans: Sequence[RunPlan], notes: list[str]) -> list[RunPlan]:
     """The plans whose records a diagnosis would use; why not into the notes. RecordError where it would use none."""
-    pairs = rehearse(known.rig, plans).pairs
+    pairs = rehearse(described.rig, plans).pairs
     kept = [plan for plan, pair in zip(plans, pairs, strict=True) if usable(pair.raw, notes)]
     if not kept:
         raise RecordError(reasons(notes))
     return kept
 
 
-def _raw(asked: Asked, known: Known, commands: Sequence[Record]) -> list[Ability]:
+def _raw(asked: Asked, described: DescribedRig, commands: Sequence[Record]) -> list[Ability]:
     """What the raw samples would tell."""
-    commands = [replace(record, facts=dict(record.facts) | _map_of(known.channels)) for record in commands]
-    noise_deg, days = known.rig.noise.angle_deg, bool(asked.baselines)
-    return raw_abilities(known.model, commands, noise_deg, known.effects, earlier_day=days)
+    commands = [replace(record, facts=dict(record.facts) | _map_of(described.channels)) for record in commands]
+    noise_deg, days = described.rig.noise.angle_deg, bool(asked.baselines)
+    return raw_abilities(described.model, commands, noise_deg, described.effects, earlier_day=days)
 
 
 def _map_of(channels: Channels) -> dict[str, Any]:
@@ -103,10 +103,10 @@ def room_of(rig: Path | None) -> Room:
         return Room()
     limits = load_rig(find_config(rig, "rigs")).limits
     low, high = limits.pressure_mpa
-    usual = Room()
+    careful = Room()
     return replace(
-        usual,
-        pressure_mpa=(max(low, usual.pressure_mpa[0]), min(high, usual.pressure_mpa[1])),
+        careful,
+        pressure_mpa=(max(low, careful.pressure_mpa[0]), min(high, careful.pressure_mpa[1])),
         slew_mpa_s=limits.slew_mpa_s,
         angle_deg=limits.angle_deg,
     )
@@ -151,16 +151,16 @@ def design_session(
     """The session that tells most within `seconds` on the rig and on units of these plant families, of all where none
     is named. `report` hears how far it is, from 0 to 1, and what is done."""
     report(0.0, "describing the rig")
-    settings, known = fitted(), known_by_call(asked)
-    units = [(name, unit) for name in _families(families, known.channels) for unit in range(FAMILY_UNITS)]
-    rigs, count = [known.rig], len(units) + 1
+    settings, described = fitted(), described_by_call(asked)
+    units = [(name, unit) for name in _families(families, described.channels) for unit in range(FAMILY_UNITS)]
+    rigs, count = [described.rig], len(units) + 1
     for name, unit in units:
         report(DESCRIBED * len(rigs) / count, f"describing {len(rigs) + 1} of {count} rigs")
         rigs.append(family_rig(name, unit))
-    pool = _pool(known, _room_of_known(known, asked.rig))
+    pool = _pool(described, _room_of_described(described, asked.rig))
     if not pool:
         raise ConfigError(f"{asked.rig}: its limits leave no room for any record")
-    effects = known.effects
+    effects = described.effects
 
     def known_of_rigs(done: int) -> None:
         what = f"{done} of {count} rigs rehearsed" if done < count else "choosing the records"
@@ -171,16 +171,18 @@ def design_session(
     if not found.entries:
         raise ConfigError(f"--minutes {seconds / 60:g}: no record fits into that; one takes 15 s at least")
     default = resting(load_sweep(find_config(DEFAULT_SWEEP, "sweeps")))
-    return Designed(found, appraise(rigs, default, effects, settings), lasting_s(default), len(rigs), known.channels)
+    return Designed(
+        found, appraise(rigs, default, effects, settings), lasting_s(default), len(rigs), described.channels
+    )
 
 
-def _pool(known: Known, room: Room) -> list[Entry]:
+def _pool(described: DescribedRig, room: Room) -> list[Entry]:
     """The records to choose from: inside what the rig's YAML allows its set-points, and its joint as it is expected and
     simulated."""
     made: Waves = {}
-    pool = candidates(room, RECORD_S, known.rig.grid_ns, made)
-    expected = rehearse(known.rig, planned(pool, known.rig.grid_ns, made)) if pool else None
-    return [] if expected is None else [pool[k] for k in within(expected, room.angle_deg, known.model)]
+    pool = candidates(room, RECORD_S, described.rig.grid_ns, made)
+    expected = rehearse(described.rig, planned(pool, described.rig.grid_ns, made)) if pool else None
+    return [] if expected is None else [pool[k] for k in within(expected, room.angle_deg, described.model)]
 
 
 def _families(names: Sequence[str], channels: Channels) -> Sequence[str]:
@@ -194,10 +196,10 @@ def _families(names: Sequence[str], channels: Channels) -> Sequence[str]:
     return ()
 
 
-def _room_of_known(known: Known, rig: Path | None) -> Room:
+def _room_of_described(described: DescribedRig, rig: Path | None) -> Room:
     """What records may ask; a rig without valves has no rest pressures to choose from."""
     room = room_of(rig)
-    return room if known.channels.has_valves else replace(room, rests_mpa=(REST_MPA,))
+    return room if described.channels.has_valves else replace(room, rests_mpa=(REST_MPA,))
 
 
 def resting(sweep: Sweep) -> list[Entry]:
@@ -210,8 +212,8 @@ def report_capability(found: Able) -> dict[str, Any]:
     plain = {name: _plain(one, found.channels) for name, one in found.sweeps.items()}
     first = next(iter(plain))
     more = {"sweeps": plain} if len(plain) > 1 else {}
-    said = {"sweep": first, "reference": found.kind.value, "false_alarm_rate": FALSE_ALARM_RATE}
-    return plain[first] | said | more | _map_of(found.channels)
+    head = {"sweep": first, "reference": found.kind.value, "false_alarm_rate": FALSE_ALARM_RATE}
+    return plain[first] | head | more | _map_of(found.channels)
 
 
 def _plain(one: Capability, channels: Channels) -> dict[str, Any]:
@@ -230,8 +232,8 @@ def best_of(abilities: Sequence[Ability]) -> list[Ability]:
     """One for each effect: where it may show in both factors, that of its usual law."""
     first: dict[str, Ability] = {}
     for ability in abilities:
-        known = first.get(ability.effect)
-        if known is None or (known.nameable is None and ability.nameable is not None):
+        kept = first.get(ability.effect)
+        if kept is None or (kept.nameable is None and ability.nameable is not None):
             first[ability.effect] = ability
     return list(first.values())
 

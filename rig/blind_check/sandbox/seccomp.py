@@ -54,10 +54,10 @@ class _Program(ctypes.Structure):
 
 def enter() -> bool:
     """Refuse these calls to this process and all of its threads; False where it cannot be had."""
-    known = _MACHINES.get(platform.machine()) if sys.platform == "linux" else None
-    if known is None:
+    machine = _MACHINES.get(platform.machine()) if sys.platform == "linux" else None
+    if machine is None:
         return False
-    architecture, seccomp, calls = known
+    architecture, seccomp, calls = machine
     code = program(architecture, sorted((calls | _EVERYWHERE).values()))
     libc = ctypes.CDLL(None, use_errno=True)
     filtered = _Program(len(code) // 8, code)

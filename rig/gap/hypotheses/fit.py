@@ -66,7 +66,7 @@ class Scene:
     odds: Odds
     unsure: "Unsure | None" = None
     """What is unsure of the reference and may be far off."""
-    bent: "Column | float" = 0.0
+    nonlinear: "Column | float" = 0.0
     """(n,) what the unsure numbers change beyond their linear patterns, where these were taken; off the gap already."""
     at: "Column | float" = 0.0
     """(k,) the sizes at which that was taken."""
@@ -80,13 +80,15 @@ class Scene:
         sizes = self._likeliest(left)
         with np.errstate(invalid="ignore", over="ignore"):
             moved = unsure.at(sizes, cause)
-        if not max(np.max(np.abs(moved.patterns)), np.max(np.abs(moved.bent))) < RUNS_AWAY:
+        if not max(np.max(np.abs(moved.patterns)), np.max(np.abs(moved.nonlinear))) < RUNS_AWAY:
             return self
         patterns = factor.healthy.patterns.copy()
         patterns[:, unsure.which] = factor.lines.of(moved.patterns) * unsure.spread * unsure.times[:, None]
-        gap = factor.gap + self.bent - moved.bent
+        gap = factor.gap + self.nonlinear - moved.nonlinear
         judged = replace(factor, gap=gap, healthy=replace(factor.healthy, patterns=patterns))
-        return replace(self, factor=judged, change=moved.change, response=moved.response, bent=moved.bent, at=sizes)
+        return replace(
+            self, factor=judged, change=moved.change, response=moved.response, nonlinear=moved.nonlinear, at=sizes
+        )
 
     def stands(self, left: Column) -> bool:
         """Whether what is unsure is likeliest where it was taken, by what a cause leaves (lines)."""
@@ -114,7 +116,7 @@ class Elsewhere:
     """What causes change beside it."""
     patterns: Column
     """(n, k) what a size of 1 more of each number changes, through the cause."""
-    bent: Column
+    nonlinear: Column
     """(n,) what these numbers change beyond that in proportion to their sizes."""
 
 
@@ -165,11 +167,11 @@ class Fit:
 def pressure_change(contexts: Sequence[RecordContext], response: ResponseModel) -> Change:
     """Both monitors, valve 1 of every record and then valve 2."""
     course = Course(tuple(contexts))
-    usual = course.reference
+    reference = course.reference
 
     def change(causes: Sequence[Ready]) -> Column:
         p1, p2 = pressures_with(causes, course, response)
-        return np.concatenate([p1 - usual.p1_mpa, p2 - usual.p2_mpa])
+        return np.concatenate([p1 - reference.p1_mpa, p2 - reference.p2_mpa])
 
     return change
 
@@ -183,10 +185,10 @@ def angle_change(
 
     def change(causes: Sequence[Ready]) -> Column:
         if pressures is None:
-            moved, usual = response_with(causes, course, response)[2], course.reference.angle_deg
+            moved, unmoved = response_with(causes, course, response)[2], course.reference.angle_deg
         else:
-            moved, usual = angle_with(causes, *pressures, expected, course, response), expected
-        out: Column = moved - usual
+            moved, unmoved = angle_with(causes, *pressures, expected, course, response), expected
+        out: Column = moved - unmoved
         return out
 
     return change
@@ -195,11 +197,11 @@ def angle_change(
 def fit_effect(effect: Effect, scene: Scene, shows: Callable[[Law], bool], few: Scene | None = None) -> Fit | None:
     """The likeliest law of one effect; None where none acts on this factor or none gives a finite response."""
     found = [fit_law(effect, law, scene, few or scene) for law in effect.laws if shows(law)]
-    known = sorted((one for one in found if one is not None), key=lambda one: one.log_evidence)
-    if not known:
+    fits = sorted((one for one in found if one is not None), key=lambda one: one.log_evidence)
+    if not fits:
         return None
-    known[-1] = best = _as_rough(known[-1])
-    total = float(np.logaddexp.reduce([one.log_evidence for one in known]))
+    fits[-1] = best = _as_rough(fits[-1])
+    total = float(np.logaddexp.reduce([one.log_evidence for one in fits]))
     return replace(best, log_evidence=total - float(np.log(len(found))))
 
 
@@ -213,7 +215,7 @@ def fit_law(effect: Effect, law: Law, scene: Scene, few: Scene) -> Fit | None:
         for size in (sign * size * unit for sign in law.signs for size in law.grid):
             if not first.low[0] <= size <= first.high[0]:
                 continue
-            x = np.array([size, *(shape.get(name, first.usual(name)) for name in law.free[1:])])
+            x = np.array([size, *(shape.get(name, first.neutral(name)) for name in law.free[1:])])
             cost = first.cost(x, fixed)
             if np.isfinite(cost) and (best is None or cost < best[0]):
                 best = (cost, x, fixed)
@@ -299,9 +301,9 @@ class _Trial:
         bounds = [law.range_of(name, scene.scales) for name in law.free]
         self.low, self.high = np.array([pair[0] for pair in bounds]), np.array([pair[1] for pair in bounds])
         self._gap = scene.factor.gap_lines
-        self._known: dict[tuple[object, ...], tuple[Column, Column]] = {}
+        self._computed: dict[tuple[object, ...], tuple[Column, Column]] = {}
 
-    def usual(self, name: str) -> float:
+    def neutral(self, name: str) -> float:
         return self._numbers[name].neutral
 
     def applied(self, x: Column, fixed: Mapping[str, float]) -> Applied:
@@ -312,12 +314,12 @@ class _Trial:
         """(n,) what the law changes and (l,) its lines, these not finite where it runs away; computed once for each
         numbers: a descent comes back to where it was, and is judged there."""
         asked = (*x, *fixed.items())
-        if asked not in self._known:
+        if asked not in self._computed:
             change = self.scene.changed_by(self.applied(x, fixed))
             stays = np.max(np.abs(change)) < RUNS_AWAY
             moved = self.scene.factor.lines.of(change) if stays else np.full_like(self._gap, np.nan)
-            self._known[asked] = change, moved
-        return self._known[asked]
+            self._computed[asked] = change, moved
+        return self._computed[asked]
 
     def residual(self, x: Column, fixed: Mapping[str, float]) -> Column:
         out: Column = self._gap - self.changed(x, fixed)[1]

@@ -23,20 +23,20 @@ def stand_given(stand: Stand, first: Fit) -> Stand:
 def scene_given(scene: Scene, first: Fit) -> Scene:
     """The scene with the first cause in what is expected; its numbers may still move as far as was thought of them
     beforehand."""
-    known = scene.changed_by(first.applied)
+    change = scene.changed_by(first.applied)
     factor, lines = scene.factor, scene.factor.lines
     rho = FIRST_LAW_SHARE * first.effect.roughness(scene.prior, first.law)
-    rough = replace(factor, healthy=with_law(factor.healthy, lines, lines.of(known), rho, scene.prior))
+    rough = replace(factor, healthy=with_law(factor.healthy, lines, lines.of(change), rho, scene.prior))
     cause = ready([first.applied], scene.response)
     return replace(
         scene,
-        factor=replace(rough.doubting(_unsure(scene, first, known)), gap=factor.gap - known),
-        change=lambda causes: scene.change([*cause, *causes]) - known,
+        factor=replace(rough.doubting(_unsure(scene, first, change)), gap=factor.gap - change),
+        change=lambda causes: scene.change([*cause, *causes]) - change,
         unsure=None,
     )
 
 
-def _unsure(scene: Scene, first: Fit, known: Column) -> Column:
+def _unsure(scene: Scene, first: Fit, change: Column) -> Column:
     """(n, k) what one standard deviation of each of the first cause's numbers changes, by slopes at its fit."""
     columns = []
     for name, size, spread in zip(first.law.free, first.sizes, number_spreads(first, scene.prior), strict=True):
@@ -45,7 +45,7 @@ def _unsure(scene: Scene, first: Fit, known: Column) -> Column:
             continue
         moved = dict(first.applied.numbers) | {name: float(size) + step}
         moved |= {other: moved[owner] for other, owner in first.law.tied.items()}
-        columns.append((scene.changed_by(Applied(first.applied.stage, moved)) - known) * (spread / step))
-    columns = columns or [np.zeros_like(known)]
+        columns.append((scene.changed_by(Applied(first.applied.stage, moved)) - change) * (spread / step))
+    columns = columns or [np.zeros_like(change)]
     slopes: Column = np.nan_to_num(np.column_stack(columns), nan=0.0, posinf=0.0, neginf=0.0)
     return slopes

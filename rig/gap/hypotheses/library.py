@@ -65,9 +65,11 @@ class Law:
     def agrees(self, numbers: Mapping[str, float]) -> int:
         """With how many fixed numbers of one of its shapes these agree, all of that shape; -1 where they do with none
         of its shapes, or say something that it leaves alone."""
-        known = {number.name: number for number in EFFECT_STAGES[self.stage].numbers if not number.own}
-        said = {name for name, value in numbers.items() if name in known and value != known[name].neutral}
-        if not said <= {*self.free, *self.tied, *(name for shape in self.shapes for name in shape)}:
+        stage_numbers = {number.name: number for number in EFFECT_STAGES[self.stage].numbers if not number.own}
+        changed = {
+            name for name, value in numbers.items() if name in stage_numbers and value != stage_numbers[name].neutral
+        }
+        if not changed <= {*self.free, *self.tied, *(name for shape in self.shapes for name in shape)}:
             return -1
         fixed = [{name: value for name, value in shape.items() if name not in self.free} for shape in self.shapes]
         return max((len(one) for one in fixed if one.items() <= numbers.items()), default=-1)

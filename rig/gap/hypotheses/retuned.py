@@ -31,9 +31,9 @@ def unsure_regulators(
     def at(sizes: Column, cause: Applied | None) -> Elsewhere:
         here = _retuned(contexts, response, sizes)
         causes = [] if cause is None else ready([cause], here[1])
-        said = _monitors(causes, *here)
+        monitors = _monitors(causes, *here)
         patterns = np.column_stack([
-            (_monitors(causes, *_retuned(contexts, response, sizes + step)) - said) / REGULATOR_STEP
+            (_monitors(causes, *_retuned(contexts, response, sizes + step)) - monitors) / REGULATOR_STEP
             for step in REGULATOR_STEP * np.eye(len(sizes))
         ])  # fmt: skip
         return Elsewhere(here[1], pressure_change(*here), patterns, _monitors([], *here) - expected - patterns @ sizes)

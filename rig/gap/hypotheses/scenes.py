@@ -97,10 +97,10 @@ def _with_days(
 
 def pressure_scene(expected: Expected, settings: Fitted, whole: Expected | None = None) -> Scene:
     """The pressures of some records; scales are those of the `whole`."""
-    known = settings.levels[expected.levels]
-    levels = known.pressures.later(expected.unsure_lag_s)
+    reference_levels = settings.levels[expected.levels]
+    levels = reference_levels.pressures.later(expected.unsure_lag_s)
     parts, days = parts_of_pressures(expected)
-    factor = own_factor(parts, days, levels, settings.prior).of_any_build(known.builds)
+    factor = own_factor(parts, days, levels, settings.prior).of_any_build(reference_levels.builds)
     times = _where_fast(factor.lines, expected)
     factor = factor.at_least(expected.missed_mpa).less_sure(times, parts.noise).noisier(expected.anew_mpa**2)
     factor = factor.doubting(motion_doubt(expected.contexts, expected.base, expected.response))
@@ -109,7 +109,7 @@ def pressure_scene(expected: Expected, settings: Fitted, whole: Expected | None 
     moving = float(np.std(np.concatenate([context.reference.p1_mpa for context in expected.contexts])))
     scales = law_scales((whole or expected).contexts, expected.response.tau0_s)
     change = pressure_change(expected.contexts, expected.response)
-    scene = Scene(factor, change, expected.response, scales, moving, settings.prior, known.odds)
+    scene = Scene(factor, change, expected.response, scales, moving, settings.prior, reference_levels.odds)
     if expected.kind is not Kind.SIMULATOR:
         return scene
     return replace(scene, unsure=unsure_regulators(expected.contexts, expected.response, parts, levels, times))
@@ -118,10 +118,10 @@ def pressure_scene(expected: Expected, settings: Fitted, whole: Expected | None 
 def angle_scene(expected: Expected, settings: Fitted, whole: Expected | None = None) -> Scene:
     """The angle of some records; scales are those of the `whole`."""
     contexts, base, response = expected.contexts, expected.base, expected.response
-    known = settings.levels[expected.levels]
-    levels = _angle_levels(expected, known.angle)
+    reference_levels = settings.levels[expected.levels]
+    levels = _angle_levels(expected, reference_levels.angle)
     parts, days = parts_of_angle(expected)
-    factor = own_factor(parts, days, levels, settings.prior).of_any_build(known.builds)
+    factor = own_factor(parts, days, levels, settings.prior).of_any_build(reference_levels.builds)
     if expected.zeroed:
         factor = factor.standing_off(ZERO_BY_HAND * parts.span)
     if expected.driven:
@@ -137,7 +137,7 @@ def angle_scene(expected: Expected, settings: Fitted, whole: Expected | None = N
     moving = float(np.std(np.concatenate(base)))
     scales = law_scales((whole or expected).contexts, expected.response.tau0_s)
     change = angle_change(contexts, base, response, expected.driven)
-    return Scene(factor, change, response, scales, moving, settings.prior, known.odds)
+    return Scene(factor, change, response, scales, moving, settings.prior, reference_levels.odds)
 
 
 def _angle_levels(expected: Expected, levels: FactorLevels) -> FactorLevels:
@@ -156,9 +156,11 @@ def _answering_other_pressures(factor: Factor, expected: Expected, prior: Prior)
     description of the rig is as rough in what they change as it is in the angles that it was made from, and what it
     misses of those comes with the motion, at another time than on the earlier days."""
     contexts = [as_late_as_measured(context) for context in expected.contexts]
-    usual = [context.reference.angle_deg for context in contexts]
-    moved = np.concatenate(list(expected.base)) - np.concatenate(usual)
-    rho = max(expected.response.misfit_deg, expected.missed_deg) / max(float(np.std(np.concatenate(usual))), 1e-9)
+    reference_deg = [context.reference.angle_deg for context in contexts]
+    moved = np.concatenate(list(expected.base)) - np.concatenate(reference_deg)
+    rho = max(expected.response.misfit_deg, expected.missed_deg) / max(
+        float(np.std(np.concatenate(reference_deg))), 1e-9
+    )
     lines, changed = factor.lines, factor.lines.of(moved)
     healthy = with_law(factor.healthy, lines, changed, rho, prior)
     commands = [(context.pair.u1_mpa - context.pair.u2_mpa, context.pair.dt_s) for context in contexts]
@@ -172,11 +174,11 @@ def _answering_other_pressures(factor: Factor, expected: Expected, prior: Prior)
     return replace(factor, healthy=healthy.with_variance(at_another_time(lines, missed, later_s)))
 
 
-def rougher_beyond(lines: Lines, known: float) -> Column:
+def rougher_beyond(lines: Lines, known_hz: float) -> Column:
     """(l,) by how many times the usual a description is rougher still in each line, since its rig was excited up to
-    `known` (Hz) only: it grows with the square of how many times faster the line is, as what a time constant does that
+    `known_hz` only: it grows with the square of how many times faster the line is, as what a time constant does that
     the description lacks, (2 pi f tau)^2; up to there nothing."""
-    out: Column = np.maximum(lines.frequency_hz / known, 1.0) ** 2 - 1.0
+    out: Column = np.maximum(lines.frequency_hz / known_hz, 1.0) ** 2 - 1.0
     return out
 
 

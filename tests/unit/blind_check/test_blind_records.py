@@ -57,7 +57,7 @@ def test_a_seed_gives_its_sheet_and_no_other(days: Path) -> None:
 def test_what_is_put_in_are_effects_of_sensor_and_time_base_with_the_librarys_numbers() -> None:
     for name, law in PUT_IN.items():
         assert law.stage in ("timing", "sensor")
-        assert law.known is (name in LIBRARY)
+        assert law.in_library is (name in LIBRARY)
         if law.number:
             assert law.number in {number.name for number in EFFECT_STAGES[name].numbers}
 

@@ -41,8 +41,8 @@ def answers_of(folder: CheckFolder) -> Iterator[tuple[str, Scored, Mapping[str, 
     is missing or is none."""
     for path in sorted((folder.root / "scores").glob("*.json")):
         scored, place = read_scored(path), folder.answer(path.stem)
-        said = read_json(place)
-        modes = said.get("modes") if isinstance(said, dict) else None
+        answer = read_json(place)
+        modes = answer.get("modes") if isinstance(answer, dict) else None
         if not isinstance(modes, dict) or not all(isinstance(modes.get(mode), dict) for mode in scored.rows):
             asked = ", ".join(scored.rows)
             raise RecordError(f"{place}: is not what a blind check writes: an answer to each of {asked}")

@@ -80,9 +80,9 @@ def _cases(levels: Fitted, folder: CheckFolder, left_out: Sequence[str]) -> Iter
     for _, row, diagnosis in _answers(folder, left_out):
         if row.realised_ef is None or row.ef_interval is None:
             continue
-        said = _said(diagnosis, levels.prior)
-        closed = said.before_deg**2 - said.floor_deg**2
-        yield said, said.floor_deg**2 + (1.0 - min(row.realised_ef, 1.0)) * closed, row.family
+        shrunk = _shrunk(diagnosis, levels.prior)
+        closed = shrunk.before_deg**2 - shrunk.floor_deg**2
+        yield shrunk, shrunk.floor_deg**2 + (1.0 - min(row.realised_ef, 1.0)) * closed, row.family
 
 
 def _answers(folder: CheckFolder, left_out: Sequence[str]) -> Iterator[tuple[str, Row, Mapping[str, Any]]]:
@@ -98,7 +98,7 @@ def _of_library(row: Row) -> bool:
     return row.kind in (CaseKind.SINGLE, CaseKind.PAIR) and row.is_clear
 
 
-def _said(diagnosis: Mapping[str, Any], prior: Prior) -> Shrunk:
+def _shrunk(diagnosis: Mapping[str, Any], prior: Prior) -> Shrunk:
     left = tuple(one["gap_after_deg"] ** 2 for one in diagnosis["evidence"]["records"])
     added = [cause for cause in diagnosis["causes"] if cause["judged_on"] not in RAW and cause["effect"] in LIBRARY]
     rho = max(_roughness(cause, prior) for cause in added)

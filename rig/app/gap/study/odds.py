@@ -79,9 +79,9 @@ def _judgements(folder: CheckFolder, left_out: Sequence[str]) -> Iterator[tuple[
         stages = {name: fact.stage for name, fact in facts_of(scored.facts).effects.items()}
         for mode, row in scored.rows.items():
             if row.family not in left_out and _tells(row) and not MODES[mode].withheld:
-                said = answers[mode]["diagnosis"]
-                reference = said["gap"]["floor_source"]
-                yield from ((SAME.get(reference, reference), row.family, one) for one in _of_answer(said, stages))
+                diagnosis = answers[mode]["diagnosis"]
+                reference = diagnosis["gap"]["floor_source"]
+                yield from ((SAME.get(reference, reference), row.family, one) for one in _of_answer(diagnosis, stages))
 
 
 def _tells(row: Row) -> bool:
@@ -95,10 +95,10 @@ def _of_answer(diagnosis: Mapping[str, Any], stages: Mapping[str, str]) -> Itera
     for name in (PRESSURES, ANGLE):
         acting = [effect for effect in stages if PRESSURES not in factors or _acts_on(name, effect, stages[effect])]
         if name in factors and not any(effect in LIBRARY and LIBRARY[effect].signature for effect in acting):
-            said, (truth, names) = factors[name]["probability"], _true(acting)
-            right = sum(said.get(one, 0.0) for one in names)
+            probability, (truth, names) = factors[name]["probability"], _true(acting)
+            right = sum(probability.get(one, 0.0) for one in names)
             alone = factors[ANGLE]["probability"].get(NONE, 0.0) if name == PRESSURES else 1.0
-            yield Judgement(truth, said.get(NONE, 0.0), said.get(UNKNOWN, 0.0), right, alone)
+            yield Judgement(truth, probability.get(NONE, 0.0), probability.get(UNKNOWN, 0.0), right, alone)
 
 
 def _acts_on(factor: str, effect: str, stage: str) -> bool:
@@ -110,7 +110,7 @@ def _acts_on(factor: str, effect: str, stage: str) -> bool:
 
 def _true(acting: Sequence[str]) -> tuple[FactorTruth, list[str]]:
     """What is true where these effects act, and the hypotheses that say so."""
-    known = [effect for effect in acting if effect in LIBRARY]
-    if known:
-        return FactorTruth.EFFECT, known
+    in_library = [effect for effect in acting if effect in LIBRARY]
+    if in_library:
+        return FactorTruth.EFFECT, in_library
     return (FactorTruth.UNKNOWN, [UNKNOWN]) if acting else (FactorTruth.NONE, [NONE])

@@ -99,26 +99,26 @@ def _constants() -> Iterator[DecidingNumber]:
 
 
 def _priors() -> Iterator[DecidingNumber]:
-    known = fitted()
+    priors = fitted()
     for field in fields(Prior):
-        value = getattr(known.prior, field.name)
+        value = getattr(priors.prior, field.name)
         if not isinstance(value, (Mapping, tuple)):  # the laws' errors are moved together, by `rho_scale`
             yield DecidingNumber(PRIORS, f"prior.{field.name}", float(value))
-    odds = next(iter(known.levels.values())).odds
+    odds = next(iter(priors.levels.values())).odds
     yield from (
         DecidingNumber(PRIORS, f"odds.{field.name}", float(getattr(odds, field.name))) for field in fields(Odds)
     )
     for factor in ("pressures", "angle"):
-        levels: FactorLevels = getattr(next(iter(known.levels.values())), factor)
+        levels: FactorLevels = getattr(next(iter(priors.levels.values())), factor)
         yield from (DecidingNumber(PRIORS, f"{factor}.{name}", size) for name, size in levels.patterns.items())
         yield from (
             DecidingNumber(PRIORS, f"{factor}.{name}", getattr(levels, name)) for name in ("share", "even", "floor")
         )
-    builds = next(levels.builds for levels in known.levels.values() if levels.builds is not None)
+    builds = next(levels.builds for levels in priors.levels.values() if levels.builds is not None)
     yield from (
         DecidingNumber(PRIORS, f"builds.{field.name}", getattr(builds, field.name)) for field in fields(BuildSpread)
     )
-    yield DecidingNumber(PRIORS, "commanded_floor", next(iter(known.levels.values())).commanded_floor)
+    yield DecidingNumber(PRIORS, "commanded_floor", next(iter(priors.levels.values())).commanded_floor)
 
 
 def answered(
@@ -148,13 +148,13 @@ def _moved(asked: DevelopmentCases, base: Sequence[ComparedAnswer], work: tuple[
     return Moved(number, factor, verdicts, names, sum(one.right for one in answers))
 
 
-def moved_priors(known: Fitted, number: DecidingNumber, factor: float) -> Fitted:
+def moved_priors(priors: Fitted, number: DecidingNumber, factor: float) -> Fitted:
     """The fitted numbers with one of them moved, a level in every reference."""
     part, _, name = number.name.partition(".")
     if part == "prior":
-        value = getattr(known.prior, name)
-        return replace(known, prior=replace(known.prior, **{name: type(value)(value * factor)}))
-    return replace(known, levels={key: _moved_levels(one, part, name, factor) for key, one in known.levels.items()})
+        value = getattr(priors.prior, name)
+        return replace(priors, prior=replace(priors.prior, **{name: type(value)(value * factor)}))
+    return replace(priors, levels={key: _moved_levels(one, part, name, factor) for key, one in priors.levels.items()})
 
 
 def _moved_levels(levels: Levels, part: str, name: str, factor: float) -> Levels:

@@ -79,9 +79,9 @@ def of_unit(rig: tuple[str, int, str]) -> list[SizesFound]:
     healthy = days.recorded({}, 0)
     model, kind = nominal_model(healthy, P0_MPA), Kind(reference)
     before = [healthy] if kind is Kind.SESSION else []
-    known = known_of(model, before, reference)
-    plans = expand(load_sweep(find_config(DEFAULT_SWEEP, "sweeps")), known.grid_ns)
-    made = capability(rehearse(known, plans), list(LIBRARY.values()), fitted())
+    described = known_of(model, before, reference)
+    plans = expand(load_sweep(find_config(DEFAULT_SWEEP, "sweeps")), described.grid_ns)
+    made = capability(rehearse(described, plans), list(LIBRARY.values()), fitted())
     predicted = {one.effect: abs(one.detectable) for one in best_of(made.abilities) if one.detectable is not None}
     shared = [effect for effect, law in family(name).effects.items() if law.library_parameter and not law.falling]
 

@@ -36,7 +36,7 @@ def test_nothing_moves_without_a_size_and_the_patterns_are_those_of_the_factor()
     here = scene(session(81))
     unsure = unsure_of(here)
     moved = unsure.at(np.zeros(2), None)
-    assert np.max(np.abs(moved.bent)) < 1e-12
+    assert np.max(np.abs(moved.nonlinear)) < 1e-12
     taken = here.factor.lines.of(moved.patterns) * unsure.spread
     assert taken == pytest.approx(here.factor.healthy.patterns[:, unsure.which], abs=1e-6)
 
@@ -52,7 +52,7 @@ def test_what_bends_and_what_is_in_proportion_make_up_the_other_regulators(
     # what the other regulators give under the commands, by steps so small that each is in proportion
     steps = np.linspace(0.0, 1.0, 41)[:-1] + 0.0125
     small = [unsure.at(step * np.array(sizes), cause).patterns @ np.array(sizes) / 40.0 for step in steps]
-    whole = there.bent + there.patterns @ np.array(sizes) + there.change(causes) - none.change(causes)
+    whole = there.nonlinear + there.patterns @ np.array(sizes) + there.change(causes) - none.change(causes)
     assert np.max(np.abs(whole - sum(small))) < 0.1 * np.max(np.abs(whole))
 
 
@@ -61,7 +61,7 @@ def test_a_sisters_regulators_leave_nothing_once_they_are_taken_anew(times: floa
     here = scene(session(83))
     unsure = unsure_of(here)
     other = unsure.at(np.array([times - 1.0, 0.0]), None)
-    gap = other.bent + other.patterns @ np.array([times - 1.0, 0.0])  # the records of just such a rig
+    gap = other.nonlinear + other.patterns @ np.array([times - 1.0, 0.0])  # the records of just such a rig
     rig = replace(here, factor=replace(here.factor, gap=gap))
     found = settled(rig)
     assert found.response.regulators[0][1] == pytest.approx(times * here.response.regulators[0][1], rel=0.15)

@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.fft import idct
 
-from rig.app.gap.known_rigs import Asked, known_by_call
+from rig.app.gap.known_rigs import Asked, described_by_call
 from rig.excite.envelope import check
 from rig.excite.experiment import expand, load_sweep
 from rig.gap.evidence.posterior import judge
@@ -39,7 +39,7 @@ FEW = [LIBRARY[name] for name in ("delay", "valve_lag", "valve_gain", "viscous_f
 
 @pytest.fixture(scope="module")
 def rig() -> RehearsedRig:
-    return replace(known_by_call(Asked(CONFIGS / "models" / "simulated.yaml")).rig, levels="fingerprint")
+    return replace(described_by_call(Asked(CONFIGS / "models" / "simulated.yaml")).rig, levels="fingerprint")
 
 
 @pytest.fixture(scope="module")
