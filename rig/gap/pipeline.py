@@ -24,7 +24,7 @@ from rig.gap.hypotheses.fit import Fit
 from rig.gap.hypotheses.library import NONE, UNKNOWN, Effect, chosen
 from rig.gap.hypotheses.scenes import Stand, angle_stand, pressure_stand
 from rig.gap.plan.candidates import Room
-from rig.gap.raw_tests.codes import Code, centred
+from rig.gap.raw_tests.codes import ConverterCode, centred
 from rig.gap.raw_tests.quantisation import code_found
 from rig.gap.raw_tests.read import read_signatures
 from rig.gap.raw_tests.repeats import bridged, lost_rows
@@ -113,7 +113,7 @@ def weigh(question: Question) -> tuple[list[Signature], Expected, tuple[Posterio
     signatures = _named_only(read_signatures(pairing.pairs, _described_noise_deg(question)), effects)
     step_deg, code = code_found(signatures)
     lost = any(signature.found and signature.effect == "lost_samples" for signature in signatures)
-    if code is not Code.NEAREST:
+    if code is not ConverterCode.NEAREST:
         pairing = _centred(question, pairing, step_deg, code)
     if lost:
         pairing = _bridged(question, pairing)
@@ -253,7 +253,7 @@ def _named_only(signatures: Sequence[Signature], effects: Sequence[Effect]) -> l
     ]
 
 
-def _centred(question: Question, pairing: Pairing, step_deg: float, code: Code) -> Pairing:
+def _centred(question: Question, pairing: Pairing, step_deg: float, code: ConverterCode) -> Pairing:
     """Paired anew with the case's readings in the middle of the angles that get their code."""
     pairs = pairing.pairs
     return _anew(question, pairing, [partial(centred, step_deg=step_deg, code=code)] * len(pairs), [_same] * len(pairs))

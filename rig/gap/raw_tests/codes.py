@@ -15,7 +15,7 @@ from rig.gap.raw_tests.settings import CODES_APART, HALF_STEP_LOW
 from rig.record import Column, Record
 
 
-class Code(IntEnum):
+class ConverterCode(IntEnum):
     """Which code an angle between two gets; the numbers are those of the stage `quantisation`."""
 
     NEAREST = 0
@@ -33,38 +33,46 @@ class _Followed:
     """How far their zero is off the healthy day's."""
 
 
-def code_of(cases: Sequence[Record], sessions: Sequence[Sequence[Record]], step_deg: float) -> Code:
+def code_of(cases: Sequence[Record], sessions: Sequence[Sequence[Record]], step_deg: float) -> ConverterCode:
     """The way in which readings with this step are coded, by what healthy sessions read instead; the nearest code
     without any, and where another one is not plain."""
     pairs = [each for k, case in enumerate(cases) for each in _beside(case, [session[k] for session in sessions])]
     if not pairs:
-        return Code.NEAREST
-    nearest, zero = (_followed(pairs, step_deg, code) for code in (Code.NEAREST, Code.TOWARDS_ZERO))
+        return ConverterCode.NEAREST
+    nearest, zero = (_followed(pairs, step_deg, code) for code in (ConverterCode.NEAREST, ConverterCode.TOWARDS_ZERO))
     if zero.left_deg < CODES_APART * nearest.left_deg:
-        return Code.TOWARDS_ZERO
+        return ConverterCode.TOWARDS_ZERO
     low = abs(nearest.zero_deg + 0.5 * step_deg) < HALF_STEP_LOW * step_deg
-    return Code.LOWER if low else Code.NEAREST
+    return ConverterCode.LOWER if low else ConverterCode.NEAREST
 
 
-def centred(record: Record, step_deg: float, code: Code) -> Record:
+def centred(record: Record, step_deg: float, code: ConverterCode) -> Record:
     """The record with each reading in the middle of the angles that get its code."""
     return record if record.angle_deg is None else replace(record, angle_deg=_middle(record.angle_deg, step_deg, code))
 
 
-def cut_off_deg2(step_deg: float, code: Code) -> float:
+def cut_off_deg2(step_deg: float, code: ConverterCode) -> float:
     """Mean square (deg2) by which readings are off the middle of the angles that get their code."""
-    return 0.0 if code is Code.NEAREST else 0.25 * step_deg**2
+    return 0.0 if code is ConverterCode.NEAREST else 0.25 * step_deg**2
 
 
-def _middle(reading: Column, step_deg: float, code: Code) -> Column:
-    off = {Code.NEAREST: np.zeros_like(reading), Code.LOWER: np.ones_like(reading), Code.TOWARDS_ZERO: np.sign(reading)}
+def _middle(reading: Column, step_deg: float, code: ConverterCode) -> Column:
+    off = {
+        ConverterCode.NEAREST: np.zeros_like(reading),
+        ConverterCode.LOWER: np.ones_like(reading),
+        ConverterCode.TOWARDS_ZERO: np.sign(reading),
+    }
     out: Column = reading + 0.5 * step_deg * off[code]
     return out
 
 
-def _coded(angle: Column, step_deg: float, code: Code) -> Column:
+def _coded(angle: Column, step_deg: float, code: ConverterCode) -> Column:
     steps = angle / step_deg
-    whole = {Code.NEAREST: np.round(steps), Code.LOWER: np.floor(steps), Code.TOWARDS_ZERO: np.trunc(steps)}
+    whole = {
+        ConverterCode.NEAREST: np.round(steps),
+        ConverterCode.LOWER: np.floor(steps),
+        ConverterCode.TOWARDS_ZERO: np.trunc(steps),
+    }
     out: Column = step_deg * whole[code]
     return out
 
@@ -79,7 +87,7 @@ def _beside(case: Record, days: Sequence[Record]) -> list[tuple[Column, Column]]
     return [(case.angle_deg[both], healthy[both])]
 
 
-def _followed(pairs: Sequence[tuple[Column, Column]], step_deg: float, code: Code) -> _Followed:
+def _followed(pairs: Sequence[tuple[Column, Column]], step_deg: float, code: ConverterCode) -> _Followed:
     """With whatever gain and zero the healthy angle fits the middle of the readings best."""
     reading, healthy = (np.concatenate(columns) for columns in zip(*pairs, strict=True))
     gain, zero = np.polyfit(healthy, _middle(reading, step_deg, code), 1)

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from rig.gap.raw_tests.codes import Code, code_of, cut_off_deg2
+from rig.gap.raw_tests.codes import ConverterCode, code_of, cut_off_deg2
 from rig.gap.raw_tests.levels import angles_of, level_beside_deg
 from rig.gap.raw_tests.settings import (
     COARSER,
@@ -26,7 +26,7 @@ from rig.record import Column, Record
 
 STEP = "quantisation step"
 """The test's name."""
-CUT_OFF = {Code.LOWER: "cut off to the next lower one", Code.TOWARDS_ZERO: "cut off towards zero"}
+CUT_OFF = {ConverterCode.LOWER: "cut off to the next lower one", ConverterCode.TOWARDS_ZERO: "cut off towards zero"}
 """What is said of a code that is not the nearest one."""
 
 
@@ -43,13 +43,13 @@ def quantisation_step(
     by_chance = _by_chance(angles_of(cases), step) if step else 1.0
     found = step > COARSER * base and step > LEAST_STEP_DEG and by_chance < LATTICE_BY_CHANCE
     found = found and (known or step > STEP_OVER_NOISE * level_beside_deg(step, angles_of(cases)))
-    code = code_of(cases, sessions, step) if found else Code.NEAREST
+    code = code_of(cases, sessions, step) if found else ConverterCode.NEAREST
     text = (
         f"the angle takes values {step:.3g} deg apart, the baselines {base:.3g}"
         if step
         else "no quantisation step shows in the angle"
     )
-    text += "" if code is Code.NEAREST else f", {CUT_OFF[code]}"
+    text += "" if code is ConverterCode.NEAREST else f", {CUT_OFF[code]}"
     return Signature(
         STEP,
         "quantisation",
@@ -80,12 +80,12 @@ def step_deg(angles: Sequence[Column]) -> tuple[float, float]:
     return float(np.median(steps)), float(np.std(steps) / np.sqrt(len(steps)))
 
 
-def code_found(signatures: Sequence[Signature]) -> tuple[float, Code]:
+def code_found(signatures: Sequence[Signature]) -> tuple[float, ConverterCode]:
     """The step (deg) that was found, and how its codes are made; (0, NEAREST) without one."""
     for one in signatures:
         if one.found and one.test == STEP:
-            return one.value, Code(int(one.numbers.get("code", Code.NEAREST)))
-    return 0.0, Code.NEAREST
+            return one.value, ConverterCode(int(one.numbers.get("code", ConverterCode.NEAREST)))
+    return 0.0, ConverterCode.NEAREST
 
 
 def fine_step_deg(angles: Sequence[Column]) -> float:

@@ -34,7 +34,7 @@ from rig.service.web.stream.glance import FRESH_S, glance, lost
 from rig.service.web.stream.link import DaemonLink
 from rig.service.web.stream.viewers import Viewers
 from rig.service.web.units import units_of
-from rig.service.web.worker import Worker
+from rig.service.web.worker import PageWorker
 
 STATIC: Final = Path(__file__).parent / "static"
 _GLANCE_S: Final = 0.2
@@ -91,7 +91,7 @@ class Site:
             self._viewers.tell,
         )
         records, orders = SessionFolders(self._orders.logs), self._orders
-        worker = Worker()
+        worker = PageWorker()
         library = LibraryRoutes(orders.rig, self._sweeps, records, worker)
         diagnoses = Diagnoses(orders.state / "diagnoses")
         bringup = BringUp(orders.rig, orders.state / "bringup.json")

@@ -18,7 +18,7 @@ _WAITING: Final = 16
 _MEMORY_BYTES: Final = 4 * 1024**3
 
 
-class Worker:
+class PageWorker:
     """Started when it is first needed."""
 
     def __init__(self, patience_s: float = PATIENCE_S) -> None:

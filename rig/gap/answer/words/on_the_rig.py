@@ -60,7 +60,14 @@ def _valve_slew(numbers: Numbers) -> str:
     return f"The pressures rise by no more than {size(fill)} and fall by no more than {size(empty)}, which is as fast as {whose} can"
 
 
+CUT_OFF = ("", ", the part beyond a whole step cut off downwards", ", the part beyond a whole step cut off")
+"""What is said of a code that is not the nearest one, by the number `code` of the stage."""
+
+
 def _one_way(numbers: Numbers) -> str:
+    if "tau_s" in numbers:
+        does, other = ("fill", "emptying") if value(numbers, "fill_share") > 0.5 else ("empty", "filling")
+        return f"Behind the pressure monitors the muscles {does} {size(numbers['tau_s'])} later than these say; {other} is as quick as ever"
     if "ratio" not in numbers:
         name, does = ("exhaust_mpa_s", "empty") if "exhaust_mpa_s" in numbers else ("fill_mpa_s", "fill")
         if value(numbers, "soft") > 0.5:
@@ -191,7 +198,7 @@ ON_THE_RIG: Mapping[str, OnTheRig] = {
     "valve_slew": OnTheRig("a limited flow", _and_after(_valve_slew),
         "too small a valve, nozzle or hose; a throttle; a low supply", "throttles, nozzles and silencers; a large step of the set-point"),
     "fill_exhaust_asymmetry": OnTheRig("filling and emptying at different speeds", _and_after(_one_way),
-        "a clogged silencer or throttle on one way; the supply close to the pressure asked for", "the exhaust's silencer; the supply pressure; a step up and a step down"),
+        "a clogged silencer or throttle on one way, also in the tube of a muscle; the supply close to the pressure asked for", "the exhaust's silencer; throttles and check valves in the tubes; the supply pressure; a step up and a step down"),
     "valve_dead_band": OnTheRig("a dead band of the valves", _dead_band,
         "dry friction of the spool; a dead band set in the regulator", "the regulator's settings; a slow ramp of the set-point"),
     "pressure_ceiling": OnTheRig("a ceiling of the pressure", _and_after(_ceiling),
@@ -232,7 +239,7 @@ ON_THE_RIG: Mapping[str, OnTheRig] = {
         "a magnet or potentiometer off its centre; the end of the sensor's range", "readings at several known angles; the centring of the magnet"),
     "sensor_lag": OnTheRig("a slow sensor", lambda n: f"The sensor's reading follows {size(n['tau_s'])} {_more(n, 'tau_s', 'later', 'sooner')} {{than}}",
         "a filter in the sensor, amplifier or converter", "the filters' settings"),
-    "quantisation": OnTheRig("a coarse reading", lambda n: f"The angle is read in steps of {size(n['step_deg'])}",
+    "quantisation": OnTheRig("a coarse reading", lambda n: f"The angle is read in steps of {size(n['step_deg'])}" + CUT_OFF[int(value(n, "code"))],
         "a coarse encoder or converter; too large a range; rounding in a file", "the converter's range and bits"),
     "mains_hum": OnTheRig("mains hum", lambda n: f"Hum of {size(n['amplitude_deg'])} lies on the angle",
         "a ground loop; an unshielded line; a power supply", "grounding and shields; the power supply"),

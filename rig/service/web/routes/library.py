@@ -13,7 +13,7 @@ from rig.service.web.files import curves
 from rig.service.web.files.catalogue import Catalogue
 from rig.service.web.files.records import SessionFolders, spelt
 from rig.service.web.routes.answer import EscapedJson
-from rig.service.web.worker import Worker
+from rig.service.web.worker import PageWorker
 
 _MISSING: Final = 404
 _UNFIT: Final = 422
@@ -23,7 +23,7 @@ Look = Callable[[Request], Awaitable[Any]]
 class LibraryRoutes:
     """All of it is GET, and changes nothing."""
 
-    def __init__(self, rig: RigConfig, sweeps: Catalogue, records: SessionFolders, worker: Worker) -> None:
+    def __init__(self, rig: RigConfig, sweeps: Catalogue, records: SessionFolders, worker: PageWorker) -> None:
         self._rig, self._sweeps, self._records, self._worker = rig, sweeps, records, worker
 
     def routes(self) -> list[Route]:

@@ -21,7 +21,7 @@ from rig.service.web.files.records import SessionFolders
 from rig.service.web.routes.actions import Actions
 from rig.service.web.routes.answer import EscapedJson
 from rig.service.web.routes.library import answered
-from rig.service.web.worker import Worker
+from rig.service.web.worker import PageWorker
 
 REPORT_POLICY: Final = (
     "default-src 'none'; style-src 'unsafe-inline'; img-src data:; frame-ancestors 'self'; sandbox allow-same-origin"
@@ -39,7 +39,7 @@ class Studies:
         bringup: BringUp,
         records: SessionFolders,
         models: Catalogue,
-        worker: Worker,
+        worker: PageWorker,
         glance: Callable[[], dict[str, Any]],
     ) -> None:
         self._diagnoses, self._bringup, self._records, self._models = diagnoses, bringup, records, models

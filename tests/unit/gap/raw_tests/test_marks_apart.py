@@ -14,7 +14,7 @@ from support.plants.gap_rigs import baselines, session
 from rig.columns import rms
 from rig.gap import diagnose
 from rig.gap.answer.facts import Verdict
-from rig.gap.raw_tests.codes import Code, centred, code_of, cut_off_deg2
+from rig.gap.raw_tests.codes import ConverterCode, centred, code_of, cut_off_deg2
 from rig.gap.raw_tests.read import read_signatures
 from rig.gap.raw_tests.signature import Signature
 from rig.gap.records.pairs import pair_up
@@ -29,36 +29,38 @@ def healthy(seed: int = 90) -> list[Record]:
     return session(seed)
 
 
-def coded(angle: Column, step_deg: float, code: Code) -> Column:
+def coded(angle: Column, step_deg: float, code: ConverterCode) -> Column:
     """As the simulator's stage codes it."""
     reading = angle.copy()
     EFFECT_STAGES["quantisation"].stage(reading, reading, reading, np.zeros(1), [step_deg, float(code)], 0.005)
     return reading
 
 
-def read_coarsely(step_deg: float, code: Code, gain: float = 1.0, zero_deg: float = 0.0) -> list[Record]:
+def read_coarsely(step_deg: float, code: ConverterCode, gain: float = 1.0, zero_deg: float = 0.0) -> list[Record]:
     return [replace(one, angle_deg=coded(gain * one.angle_deg + zero_deg, step_deg, code)) for one in healthy()]
 
 
 @settings(max_examples=20)
-@given(st.floats(0.8, 4.0), st.sampled_from(Code), st.floats(0.9, 1.1))
-def test_a_code_is_found_whatever_the_gain(step_deg: float, code: Code, gain: float) -> None:
+@given(st.floats(0.8, 4.0), st.sampled_from(ConverterCode), st.floats(0.9, 1.1))
+def test_a_code_is_found_whatever_the_gain(step_deg: float, code: ConverterCode, gain: float) -> None:
     assert code_of(read_coarsely(step_deg, code, gain), [list(baselines()[0])], step_deg) is code
 
 
 @given(st.floats(0.15, 0.35))
 def test_a_zero_that_is_off_is_no_other_code(steps: float) -> None:
     for off in (steps, -steps):
-        said = code_of(read_coarsely(STEP_DEG, Code.NEAREST, zero_deg=off * STEP_DEG), [list(baselines()[0])], STEP_DEG)
-        assert said is Code.NEAREST
+        said = code_of(
+            read_coarsely(STEP_DEG, ConverterCode.NEAREST, zero_deg=off * STEP_DEG), [list(baselines()[0])], STEP_DEG
+        )
+        assert said is ConverterCode.NEAREST
 
 
 def test_without_a_healthy_day_the_nearest_code_is_taken() -> None:
-    assert code_of(read_coarsely(STEP_DEG, Code.TOWARDS_ZERO), [], STEP_DEG) is Code.NEAREST
+    assert code_of(read_coarsely(STEP_DEG, ConverterCode.TOWARDS_ZERO), [], STEP_DEG) is ConverterCode.NEAREST
 
 
-@pytest.mark.parametrize("code", list(Code))
-def test_in_the_middle_of_its_code_a_reading_is_off_by_rounding_alone(code: Code) -> None:
+@pytest.mark.parametrize("code", list(ConverterCode))
+def test_in_the_middle_of_its_code_a_reading_is_off_by_rounding_alone(code: ConverterCode) -> None:
     for one, read in zip(healthy(), read_coarsely(STEP_DEG, code), strict=True):
         angle, middle = np.asarray(one.angle_deg), np.asarray(centred(read, STEP_DEG, code).angle_deg)
         wide = np.abs(angle) > STEP_DEG  # the code zero is twice as wide where codes go towards it
@@ -66,8 +68,8 @@ def test_in_the_middle_of_its_code_a_reading_is_off_by_rounding_alone(code: Code
         assert rms(np.asarray(read.angle_deg)[wide] - middle[wide]) ** 2 == pytest.approx(cut_off_deg2(STEP_DEG, code))
 
 
-@pytest.mark.parametrize("code", [Code.LOWER, Code.TOWARDS_ZERO])
-def test_what_cutting_off_leaves_is_the_converters_and_nothing_elses(code: Code) -> None:
+@pytest.mark.parametrize("code", [ConverterCode.LOWER, ConverterCode.TOWARDS_ZERO])
+def test_what_cutting_off_leaves_is_the_converters_and_nothing_elses(code: ConverterCode) -> None:
     """It was a bend of the sensor, and an offset."""
     found = diagnose(None, read_coarsely(STEP_DEG, code), [list(day) for day in baselines()])
     assert [cause.effect for cause in found.causes] == ["quantisation"]
