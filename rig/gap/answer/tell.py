@@ -157,7 +157,7 @@ def _helping(findings: Findings, before: float) -> list[Kept]:
     left = cache(lambda *some: _left(findings, [named[k][1] for k in some], before))
     behind = [k for k, (posterior, _) in enumerate(named) if posterior.stand.name != PRESSURES]
     apart = findings.expected.driven and len(behind) < len(named)
-    beside = cache(lambda *some: _left_beside_pressures(findings, [named[k][1] for k in some if k in behind]))
+    beside = cache(lambda *some: _left_beside_pressures(findings, [named[k] for k in some]))
     kept = tuple(range(len(named)))
     while (spoiler := _spoiler(kept, behind, beside if apart else left)) is not None:
         kept = _but(kept, spoiler)
@@ -197,9 +197,11 @@ def _left(findings: Findings, fits: Sequence[Fit], before: float) -> float:
     )
 
 
-def _left_beside_pressures(findings: Findings, fits: Sequence[Fit]) -> float:
+def _left_beside_pressures(findings: Findings, some: Sequence[tuple[Posterior, Fit]]) -> float:
     """Rms of the simulator's error, deg, under the pressures that were measured."""
-    left = beside_pressures(findings.simulator, [fit.applied for fit in fits], findings.expected)
+    ahead = [fit.applied for posterior, fit in some if posterior.stand.name == PRESSURES]
+    behind = [fit.applied for posterior, fit in some if posterior.stand.name != PRESSURES]
+    left = beside_pressures(findings.simulator, ahead, behind, findings.expected)
     return rms_of(left, findings.expected.pairs)
 
 

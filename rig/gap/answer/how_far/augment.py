@@ -45,7 +45,11 @@ def _with_causes(model: Model, causes: Sequence[Applied], expected: Expected) ->
     tried = [changed]
     if causes and "mean_exponent" in model.muscle.parameters and _mean_moves(model, changed, expected):
         tried = [with_mean_exponent(changed, exponent) for exponent in MEAN_EXPONENTS]
-    return _closest(tried, commanded_gaps(expected), _simulated(model, expected), expected)
+    gaps, before = commanded_gaps(expected), _simulated(model, expected)
+    left = [_less(gaps, before, _simulated(one, expected), expected) for one in tried]
+    squares = [np.inf if each is None else sum(map(square_sum, each)) for each in left]
+    k = int(np.argmin(squares))
+    return (tried[k] if np.isfinite(squares[k]) else changed), left[k]
 
 
 def _with_effects(model: Model, causes: Sequence[Applied], expected: Expected) -> Model:
@@ -55,16 +59,6 @@ def _with_effects(model: Model, causes: Sequence[Applied], expected: Expected) -
         for cause, each in zip(causes, numbers, strict=True)
     ]
     return replace(model, effects=[*model.effects, *added], fingerprint=None)
-
-
-def _closest(
-    tried: Sequence[Model], gaps: Sequence[Column], before: list[Column] | None, expected: Expected
-) -> tuple[Model, list[Column] | None]:
-    """The model that leaves least of the gaps, by what changes in its angle, and what that is."""
-    left = [_less(gaps, before, _simulated(one, expected), expected) for one in tried]
-    squares = [np.inf if each is None else sum(map(square_sum, each)) for each in left]
-    k = int(np.argmin(squares))
-    return (tried[k] if np.isfinite(squares[k]) else tried[0]), left[k]
 
 
 def with_mean_exponent(model: Model, exponent: float) -> Model:
@@ -112,14 +106,20 @@ def remaining_gap(model: Model | None, causes: Sequence[Applied], expected: Expe
     return commanded_gaps(expected, causes) if left is None else left
 
 
-def beside_pressures(model: Model | None, causes: Sequence[Applied], expected: Expected) -> list[Column]:
-    """As `remaining_gap`, of what acts behind the pressure monitors: of the angle's gap under the pressures that were
-    measured, so that what the simulator misses of those counts neither for nor against it."""
+def beside_pressures(
+    model: Model | None, ahead: Sequence[Applied], behind: Sequence[Applied], expected: Expected
+) -> list[Column]:
+    """As `remaining_gap`, of causes `behind` the pressure monitors: of the angle's gap under the pressures that were
+    measured, so that what the simulator misses of those, with the causes `ahead` of them in it, counts neither for nor
+    against the others."""
     gaps = [pair.case.angle_deg - base for pair, base in zip(expected.pairs, expected.base, strict=True)]
-    if model is None or not causes:
+    if model is None or not behind:
         return from_own_zeros(gaps, expected)
-    _, left = _closest([_with_effects(model, causes, expected)], gaps, _simulated(model, expected), expected)
-    return remaining_gap(model, causes, expected) if left is None else left
+    before, after = (
+        _simulated(_with_effects(model, causes, expected), expected) for causes in (ahead, [*ahead, *behind])
+    )
+    left = _less(gaps, before, after, expected)
+    return remaining_gap(model, [*ahead, *behind], expected) if left is None else left
 
 
 def _simulated(model: Model, expected: Expected) -> list[Column] | None:
