@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from rig.columns import filled_in, white_noise
 from rig.gap.records.filtered import before_filter, passed_in_a_row, through_filter
+from rig.gap.records.open_input import OpenInput, open_input
 from rig.gap.records.settings import (
     ABRUPT,
     EXACT,
@@ -79,7 +80,36 @@ def _in_columns(records: Sequence[Record], name: str) -> list[list[Dropouts]]:
         for record, read in zip(records, columns, strict=True)
     ]
     clear = _often_enough(found)
-    return [[one for one in mine if one.rail in clear] for mine in found]
+    kept = [[one for one in mine if one.rail in clear] for mine in found]
+    away = _run_away(records) if name == "angle_deg" else []
+    return away if _samples(away) > _samples(kept) else kept
+
+
+def _samples(found: Sequence[Sequence[Dropouts]]) -> int:
+    return sum(int(one.fallen.sum()) for mine in found for one in mine)
+
+
+def _run_away(records: Sequence[Record]) -> list[list[Dropouts]]:
+    """What fell in the angle of each record of a day while its input was open."""
+    columns = [record.angle_deg for record in records]
+    read = [column for column in columns if column is not None and np.isfinite(column).sum() >= FEWEST_ROWS]
+    longest = max(map(_longest_rows, records), default=1)
+    source = open_input(read, longest) if read else None
+    if source is None:
+        return []
+    return [
+        [] if column is None or len(column) < FEWEST_ROWS else list(_open(column, source, _longest_rows(record)))
+        for record, column in zip(records, columns, strict=True)
+    ]
+
+
+def _open(column: Column, source: OpenInput, longest: int) -> Iterator[Dropouts]:
+    fallen, bursts = source.fallen(column, longest)
+    if bursts and fallen.mean() < MOST_FALLEN:
+        course = filled_in(np.where(fallen, np.nan, column))
+        visible = np.isfinite(column) & source.visible(course)
+        power = float(np.nansum(np.where(fallen, column - course, 0.0) ** 2) / len(column))
+        yield Dropouts("angle_deg", source.rail, source.rail, fallen, fallen, visible, bursts, power)
 
 
 def _longest_rows(record: Record) -> int:

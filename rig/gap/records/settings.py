@@ -60,6 +60,11 @@ filter's are alike within 0.03, a joint's own way after a step of the command is
 PASSED_TO = 0.02
 """Share of the range within which falls agree once a filter is undone that is known to a percent, and beyond which no
 noise of a sensor reaches. More: a fast joint that is sampled seldom falls to its turning points."""
+OPEN_KEEPS_LEAST, OPEN_KEEPS_MOST = 0.05, 0.9
+"""Shares of its distance to a rail that an open input keeps from row to row: less is a fall to the rail itself, more a
+joint's own way."""
+OPEN_AGREE = 0.8
+"""Share of the falls that must lie on one line over what was read before them; of two in a row the second may not."""
 LONGEST_BRIDGE_S = 0.05
 """Missing samples up to this long are bridged by a straight line, s; longer ones count as a hole. A line misses a sweep
 of 20 deg at 1 Hz by 20 (2 pi)^2 0.05^2 / 8 = 0.25 deg in the middle of the longest bridge, 10 deg in one of 0.3 s."""
