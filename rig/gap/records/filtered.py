@@ -21,13 +21,19 @@ def passed_in_a_row(columns: Sequence[Column]) -> float:
     return 1.0 - float(np.median(shares))
 
 
+def abrupt_step(column: Column) -> float:
+    """The least step from row to row (n,) that is no motion of the joint's own; infinite where nothing moves."""
+    steps = np.abs(np.diff(column[np.isfinite(column)]))
+    moving = steps[steps != 0.0]  # on a coarse converter most steps are none, and the others no falls
+    return ABRUPT * float(np.median(moving)) if len(moving) else np.inf
+
+
 def _shares_left(column: Column) -> Column:
     """(k,) of one step in the next, wherever two of the same sign stand out and the second is smaller."""
     steps = np.diff(column[np.isfinite(column)])
     if len(steps) < 2:
         return np.zeros(0)
-    moving = np.abs(steps[steps != 0.0])  # on a coarse converter most steps are none, and the others no falls
-    abrupt = np.abs(steps) > ABRUPT * np.median(moving) if len(moving) else np.zeros(len(steps), dtype=bool)
+    abrupt = np.abs(steps) > abrupt_step(column)
     first, second = steps[:-1], steps[1:]
     same_way = np.sign(first) == np.sign(second)
     dying = abrupt[:-1] & abrupt[1:] & same_way & (np.abs(second) < np.abs(first))

@@ -11,8 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from rig.gap.records.filtered import abrupt_step
 from rig.gap.records.settings import (
-    ABRUPT,
     FEWEST_ABRUPT,
     OPEN_AGREE,
     OPEN_KEEPS_LEAST,
@@ -47,7 +47,7 @@ class OpenInput:
 
     def visible(self, course: Column) -> NDArray[np.bool_]:
         """(n,) where the angle is far enough from the rail for a fall to be told from motion."""
-        out: NDArray[np.bool_] = (1.0 - self.kept) * np.abs(course - self.rail) > _abrupt(course)
+        out: NDArray[np.bool_] = (1.0 - self.kept) * np.abs(course - self.rail) > abrupt_step(course)
         return out
 
 
@@ -73,7 +73,7 @@ def _excursions(column: Column, longest: int) -> Falls:
     steps = np.diff(column)
     found: Falls = []
     free = 0
-    for at in map(int, np.flatnonzero(np.abs(steps) > _abrupt(column))):
+    for at in map(int, np.flatnonzero(np.abs(steps) > abrupt_step(column))):
         if at < free:
             continue
         depth = abs(steps[at])
@@ -82,13 +82,6 @@ def _excursions(column: Column, longest: int) -> Falls:
             free = at + 2 + int(np.argmax(back))
             found.append((at + 1, free))
     return found
-
-
-def _abrupt(column: Column) -> float:
-    """The least step that is no motion of the joint's own."""
-    steps = np.abs(np.diff(column))
-    moving = steps[np.isfinite(steps) & (steps != 0.0)]
-    return ABRUPT * float(np.median(moving)) if len(moving) else np.inf
 
 
 def _range(column: Column) -> float:
