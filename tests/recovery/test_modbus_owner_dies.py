@@ -18,10 +18,11 @@ OWNER = """
 import sys, time
 from support.rigs import fieldbus_rigs as rigs
 from drivers.modbus_io.device import ModbusIo
-from drivers.modbus_io.settings import Mode
+from drivers.modbus_io.settings import ExchangeMode
 place, mode = sys.argv[1:]
 place = int(place) if place.isdecimal() else place
-device = ModbusIo(rigs.modbus_settings(place, Mode(mode), silence_periods=10), rigs.context(period_ns=5_000_000))
+settings = rigs.modbus_settings(place, ExchangeMode(mode), silence_periods=10)
+device = ModbusIo(settings, rigs.context(period_ns=5_000_000))
 device.open()
 device.write(0.4, 0.1)
 print("driving", flush=True)

@@ -155,13 +155,26 @@ def _helping(findings: Findings, before: float) -> list[Kept]:
     records worse."""
     named = [(posterior, fit) for posterior, fit in findings.named if share_closed(posterior, fit) > LEAST_CLOSED]
     left = cache(lambda *some: _left(findings, [named[k][1] for k in some], before))
-    behind = [k for k, (posterior, _) in enumerate(named) if posterior.stand.name != PRESSURES]
-    apart = findings.expected.driven and len(behind) < len(named)
     beside = cache(lambda *some: _left_beside_pressures(findings, [named[k] for k in some]))
     kept = tuple(range(len(named)))
-    while (spoiler := _spoiler(kept, behind, beside if apart else left)) is not None:
+    while (spoiler := _spoiler(kept, _open_to_doubt(findings, kept, named, beside), left)) is not None:
         kept = _but(kept, spoiler)
     return [Kept(*named[k], left(k)) for k in kept]
+
+
+def _open_to_doubt(
+    findings: Findings,
+    kept: tuple[int, ...],
+    named: Sequence[tuple[Posterior, Fit]],
+    beside: Callable[..., float],
+) -> list[int]:
+    """Which of the kept effects the simulator may be better off without: those found on the angle, but for any that
+    closes the larger part of the gap beside the measured pressures, where an effect ahead of them is named as well. A
+    law of the valves that is rough speaks against none of those."""
+    behind = [k for k in kept if named[k][0].stand.name != PRESSURES]
+    if not findings.expected.driven or len(behind) == len(kept):
+        return behind
+    return [k for k in behind if beside(*kept) ** 2 > (1.0 - LEAST_EXPLAINED) * beside(*_but(kept, k)) ** 2]
 
 
 def _dropped(findings: Findings, kept: Sequence[Kept]) -> list[tuple[Posterior, Fit]]:
@@ -175,11 +188,11 @@ def _not_kept(findings: Findings, kept: Sequence[Kept]) -> list[tuple[Posterior,
     return [(posterior, fit) for posterior, fit in findings.named if not any(fit is one.fit for one in kept)]
 
 
-def _spoiler(kept: tuple[int, ...], behind: Sequence[int], left: Callable[..., float]) -> int | None:
-    """Which of the effects found on the angle (`behind`) the simulator is better off without, most of all; None where
-    it needs each beside the others: friction hides what a larger gain of a valve does, and the other way round."""
+def _spoiler(kept: tuple[int, ...], doubtful: Sequence[int], left: Callable[..., float]) -> int | None:
+    """Which of the doubtful effects the simulator is better off without, most of all; None where it needs each beside
+    the others: friction hides what a larger gain of a valve does, and the other way round."""
     together = left(*kept)
-    without = {k: left(*_but(kept, k)) for k in kept if k in behind}
+    without = {k: left(*_but(kept, k)) for k in doubtful}
     spoilt = {k: rms_deg for k, rms_deg in without.items() if together > SPOILT * rms_deg}
     return min(spoilt, key=lambda k: spoilt[k]) if spoilt else None
 

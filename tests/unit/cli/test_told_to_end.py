@@ -19,7 +19,8 @@ from rig.cli.completion import completion
 from rig.cli.main import main
 from rig.outputs import OutputKind, writing
 
-signal.signal(signal.SIGHUP, signal.{before})  # whoever runs the tests may have had it ignored
+signal.signal(signal.SIGHUP, signal.{before})  # whoever runs the tests may have had these ignored
+signal.signal(signal.SIGINT, signal.default_int_handler)
 
 def strike(**_):
     with writing(Path("out/x.json"), OutputKind.JSON) as part:
