@@ -30,7 +30,7 @@ from rig.gap.raw_tests.read import read_signatures
 from rig.gap.raw_tests.repeats import bridged, lost_rows
 from rig.gap.raw_tests.signature import Signature
 from rig.gap.records.kept import pair_with_kept
-from rig.gap.records.pairs import Pairing, pair_up
+from rig.gap.records.pairs import Pair, Pairing, pair_up
 from rig.gap.reference.build import Expected, Kind, expect, read_right
 from rig.gap.reference.monitors import misread
 from rig.gap.reference.own_days import pressure_days
@@ -113,10 +113,10 @@ def weigh(question: Question) -> tuple[list[Signature], Expected, tuple[Posterio
     signatures = _named_only(read_signatures(pairing.pairs, _described_noise_deg(question)), effects)
     step_deg, code = code_found(signatures)
     lost = any(signature.found and signature.effect == "lost_samples" for signature in signatures)
-    if code is not ConverterCode.NEAREST:
-        pairing = _centred(question, pairing, step_deg, code)
-    if lost:
-        pairing = _bridged(question, pairing)
+    over = [_bridge(pair) if lost else _same for pair in pairing.pairs]
+    middle = _same if code is ConverterCode.NEAREST else partial(centred, step_deg=step_deg, code=code)
+    if lost or middle is not _same:
+        pairing = _anew(question, pairing, [_both(middle, bridge) for bridge in over], over)
     expected = expect(question.kind, question.sister, question.model, pairing)
     shown = [signature for signature in signatures if signature.found]
     expected = replace(
@@ -253,16 +253,9 @@ def _named_only(signatures: Sequence[Signature], effects: Sequence[Effect]) -> l
     ]
 
 
-def _centred(question: Question, pairing: Pairing, step_deg: float, code: ConverterCode) -> Pairing:
-    """Paired anew with the case's readings in the middle of the angles that get their code."""
-    pairs = pairing.pairs
-    return _anew(question, pairing, [partial(centred, step_deg=step_deg, code=code)] * len(pairs), [_same] * len(pairs))
-
-
-def _bridged(question: Question, pairing: Pairing) -> Pairing:
-    """Paired anew with the case's lost samples bridged, in the days beside it as well."""
-    over = [partial(bridged, lost=lost_rows(pair.raw)) for pair in pairing.pairs]
-    return _anew(question, pairing, over, over)
+def _bridge(pair: Pair) -> Mend:
+    """Over the case's lost samples, in the days beside it as well."""
+    return partial(bridged, lost=lost_rows(pair.raw))
 
 
 def _anew(question: Question, pairing: Pairing, of_case: Sequence[Mend], of_days: Sequence[Mend]) -> Pairing:
@@ -287,3 +280,7 @@ def _anew(question: Question, pairing: Pairing, of_case: Sequence[Mend], of_days
 
 def _same(record: Record) -> Record:
     return record
+
+
+def _both(first: Mend, then: Mend) -> Mend:
+    return lambda record: then(first(record))

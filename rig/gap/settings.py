@@ -137,6 +137,10 @@ something unknown is there."""
 LEAST_EXPLAINED = 0.5
 """Share of the degrees (rms) by which a gap stands above the floor that causes close at least where they are said to
 explain it; with less something unknown makes up the larger part. More: rough laws explain nothing."""
+BEHIND_CLOSES = 0.5
+"""Share of the gap beside the measured pressures (mean square) that an effect behind the monitors closes at least where
+it stands whatever the simulator says of it under the commands. More: it falls to a rough law of the valves; less: it
+stays where the simulator is worse with it."""
 SPOILT = 1.02
 """A cause that leaves more than this share of the rms in the simulator is not added to it."""
 FALSE_ALARM_RATE = 0.01

@@ -26,7 +26,16 @@ from rig.gap.raw_tests.signature import Signature
 from rig.gap.records.pairs import Pairing
 from rig.gap.reference.build import commanded_gaps, from_own_zeros, rms_of
 from rig.gap.response.propagate import Applied, full_numbers
-from rig.gap.settings import ABOVE_FLOOR, EITHER_CHANCE, EVEN_CHANCE, LEAST_CLOSED, LEAST_EXPLAINED, SPOILT, Fitted
+from rig.gap.settings import (
+    ABOVE_FLOOR,
+    BEHIND_CLOSES,
+    EITHER_CHANCE,
+    EVEN_CHANCE,
+    LEAST_CLOSED,
+    LEAST_EXPLAINED,
+    SPOILT,
+    Fitted,
+)
 from rig.model.effect_stages import EFFECT_STAGES
 from rig.record import Column
 
@@ -174,7 +183,7 @@ def _open_to_doubt(
     behind = [k for k in kept if named[k][0].stand.name != PRESSURES]
     if not findings.expected.driven or len(behind) == len(kept):
         return behind
-    return [k for k in behind if beside(*kept) ** 2 > (1.0 - LEAST_EXPLAINED) * beside(*_but(kept, k)) ** 2]
+    return [k for k in behind if beside(*kept) ** 2 > (1.0 - BEHIND_CLOSES) * beside(*_but(kept, k)) ** 2]
 
 
 def _dropped(findings: Findings, kept: Sequence[Kept]) -> list[tuple[Posterior, Fit]]:

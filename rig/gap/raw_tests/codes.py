@@ -23,6 +23,14 @@ class ConverterCode(IntEnum):
     TOWARDS_ZERO = 2
 
 
+CUT_OFF = {
+    ConverterCode.NEAREST: "",
+    ConverterCode.LOWER: ", the part beyond a whole step cut off downwards",
+    ConverterCode.TOWARDS_ZERO: ", the part beyond a whole step cut off towards zero",
+}
+"""What is said of a step's code, behind the step."""
+
+
 @dataclass(frozen=True)
 class _Followed:
     """How readings follow from a healthy day's angle when they are coded in one way."""

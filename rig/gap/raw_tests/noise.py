@@ -22,7 +22,7 @@ from rig.gap.raw_tests.settings import (
     SWITCHED,
 )
 from rig.gap.raw_tests.signature import Signature
-from rig.gap.raw_tests.spectral_lines import fast_spectra, overtones, sidebands_deg2, without_lines
+from rig.gap.raw_tests.spectral_lines import Spectrum, overtones, sidebands_deg2, without_lines
 from rig.gap.raw_tests.statistics import about, between_days, by_chance
 from rig.identify.response.response_fit import SMOOTHING_S
 from rig.model.resample import is_regular
@@ -36,10 +36,12 @@ def noise(
     step: Signature,
     held: bool,
     lines: Sequence[Signature],
+    spectra: Sequence[Spectrum],
     described_deg: float | None = None,
     level_of: Measure = level_deg,
 ) -> Signature:
-    """The test for sensor noise. `held`: lost samples read like the ones before them; `described_deg` is what a
+    """The test for sensor noise. `held`: lost samples read like the ones before them; `lines`: those that were found in
+    the cases' `spectra`; `described_deg` is what a
     fingerprint knows of the noise, for want of earlier days: of rows that are evenly apart, as its own were."""
     uneven = any(_elsewhere(case, day) for session in sessions for case, day in zip(cases, session, strict=True))
     even = all(is_regular(case, case.period_s) for case in cases)
@@ -49,7 +51,7 @@ def noise(
         rows = [min(SLOPE_ROWS, SLOPE_S / case.period_s) for case in cases]
         measure = partial(_beside_the_motion, rows=rows, without_repeats=held)
     of_step_deg2 = step.value**2 / 12.0 if step.found or described else 0.0
-    quiet, switched_deg2 = _without_strongest(lines, cases)
+    quiet, switched_deg2 = _without_strongest(lines, cases, spectra)
     own = float(np.sqrt(max(measure(quiet) ** 2 - of_step_deg2, 0.0)))
     levels = described or [_as_sampled(measure, cases, session) for session in sessions]
     against = _against(own, levels, ROWS_NOISE / np.sqrt(sum(map(len, cases))) if described else 0.0)
@@ -100,13 +102,15 @@ def _against(own: float, levels: Sequence[float], unsure: float) -> _Against:
     return _Against(usual, bool(plainly), p_value, spread)
 
 
-def _without_strongest(lines: Sequence[Signature], cases: Sequence[Record]) -> tuple[list[Column], float]:
+def _without_strongest(
+    lines: Sequence[Signature], cases: Sequence[Record], spectra: Sequence[Spectrum]
+) -> tuple[list[Column], float]:
     """The angles without the strongest of the lines that were looked for, and without its multiples and sidebands; and
     the mean square (deg2) that its switching may leave further off."""
     strongest = max(lines, key=lambda line: line.value, default=None)
     if strongest is None:
         return angles_of(cases), 0.0
-    spectra, line_hz = fast_spectra(cases), strongest.numbers["frequency_hz"]
+    line_hz = strongest.numbers["frequency_hz"]
     those = [line_hz, *overtones(spectra, line_hz)]
     switched_deg2 = sidebands_deg2(spectra, line_hz)
     if switched_deg2 == 0.0:

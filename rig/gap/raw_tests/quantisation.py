@@ -5,7 +5,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from rig.gap.raw_tests.codes import ConverterCode, code_of, cut_off_deg2
+from rig.gap.raw_tests.codes import CUT_OFF, ConverterCode, code_of, cut_off_deg2
 from rig.gap.raw_tests.levels import angles_of, level_beside_deg
 from rig.gap.raw_tests.settings import (
     COARSER,
@@ -26,8 +26,6 @@ from rig.record import Column, Record
 
 STEP = "quantisation step"
 """The test's name."""
-CUT_OFF = {ConverterCode.LOWER: "cut off to the next lower one", ConverterCode.TOWARDS_ZERO: "cut off towards zero"}
-"""What is said of a code that is not the nearest one."""
 
 
 def quantisation_step(
@@ -49,7 +47,7 @@ def quantisation_step(
         if step
         else "no quantisation step shows in the angle"
     )
-    text += "" if code is ConverterCode.NEAREST else f", {CUT_OFF[code]}"
+    text += CUT_OFF[code]
     return Signature(
         STEP,
         "quantisation",

@@ -38,7 +38,7 @@ def read_signatures(pairs: Sequence[Pair], described_noise_deg: float | None = N
     fast, usual = fast_spectra(cases), [fast_spectra(session) for session in sessions]
     lines = [mains_line(fast, usual), spurious_tone(fast, usual)]
     standing = [line for line in lines if line.found]
-    louder = noise(cases, sessions, step, held, standing, described_noise_deg, level_of)
+    louder = noise(cases, sessions, step, held, standing, fast, described_noise_deg, level_of)
     falls = [dropouts(pairs, column) for column in (ANGLE, "p1_mpa", "p2_mpa")]
     return [
         step,

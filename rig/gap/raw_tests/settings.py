@@ -131,6 +131,8 @@ SWITCHED = 0.2
 that resolves; less is no noise of its own."""
 HANN_BINS = 1.5
 """Rows of a spectrum under a Hann window that the power of one line fills (its equivalent noise bandwidth)."""
+HANN_LOBE = 2.0
+"""Half of the width of its main lobe, in rows."""
 HANN_LOSS = 0.33
 """Logarithm of the power that a line half way between two rows of a Hann spectrum loses (1.42 dB): the most that is
 made up for."""

@@ -11,6 +11,7 @@ from rig.gap.raw_tests.settings import (
     BESIDE_FROM_HZ,
     BESIDE_TO_HZ,
     HANN_BINS,
+    HANN_LOBE,
     HANN_LOSS,
     HIGHEST_MARGIN_HZ,
     LEAST_LEFT,
@@ -184,7 +185,7 @@ def _line(spectra: Sequence[Spectrum], line_hz: float, margin_hz: float = HIGHES
     lines, besides, strongest, bins = [], [], [], 0
     for rate, frequency, power in spectra:
         alias = _alias(line_hz, rate)
-        if alias < LOWEST_LINE_HZ or alias > 0.5 * rate - margin_hz:
+        if not _shows(alias, rate, margin_hz):
             continue
         near = np.abs(frequency - alias)
         lines.append(_peak(power, np.flatnonzero(near < LINE_WIDTH_HZ)))
@@ -223,12 +224,28 @@ def sidebands_deg2(cases: Sequence[Spectrum], line_hz: float) -> float:
     found = []
     for rate, frequency, power in cases:
         alias = _alias(line_hz, rate)
+        if not _shows(alias, rate, 0.0):
+            continue
         near = np.abs(frequency - alias)
         beside = (near > SIDEBAND_FROM_HZ) & (near < BESIDE_TO_HZ) & (frequency > LOWEST_LINE_HZ)
         usual = float(np.median(power[beside])) if beside.any() else 0.0
-        stand = beside & _paired(frequency, power, alias) & (power > LINE_CLEAR**2 * usual)
+        leaks = _hann_leak(near / frequency[1]) ** 2 * _peak(power, np.flatnonzero(near < LINE_WIDTH_HZ))
+        stand = beside & _paired(frequency, power, alias) & (power > np.maximum(LINE_CLEAR**2 * usual, leaks))
         found.append(float(np.sum(power[stand])) / HANN_BINS)
     return float(np.median(found)) if found else 0.0
+
+
+def _hann_leak(rows: Column) -> Column:
+    """The amplitude that a Hann window leaves of a steady line at most, as a share of it, so many rows off or up to one
+    nearer, for the mains wander; all of it within the window's main lobe (Harris 1978)."""
+    off = np.maximum(rows - 1.0, HANN_LOBE)
+    out: Column = np.where(rows - 1.0 < HANN_LOBE, 1.0, 1.0 / (np.pi * off * (off**2 - 1.0)))
+    return out
+
+
+def _shows(alias_hz: float, rate_hz: float, margin_hz: float) -> bool:
+    """Whether the sampling shows a line that it folds to there: above the motion, so far below half its rate."""
+    return LOWEST_LINE_HZ <= alias_hz <= 0.5 * rate_hz - margin_hz
 
 
 def _peak(power: Column, rows: NDArray[np.intp]) -> float:

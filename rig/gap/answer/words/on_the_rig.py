@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 from rig.gap.answer.result import Interval
 from rig.gap.answer.words.sizes import share, size, sizes
+from rig.gap.raw_tests.codes import CUT_OFF, ConverterCode
 
 Numbers = Mapping[str, Interval]
 Say = Callable[[Numbers], str]
@@ -58,10 +59,6 @@ def _valve_slew(numbers: Numbers) -> str:
     if empty is None or empty.value == fill.value:
         return f"The pressures change by no more than {size(fill)}, which is as fast as {whose} can"
     return f"The pressures rise by no more than {size(fill)} and fall by no more than {size(empty)}, which is as fast as {whose} can"
-
-
-CUT_OFF = ("", ", the part beyond a whole step cut off downwards", ", the part beyond a whole step cut off")
-"""What is said of a code that is not the nearest one, by the number `code` of the stage."""
 
 
 def _one_way(numbers: Numbers) -> str:
@@ -239,7 +236,7 @@ ON_THE_RIG: Mapping[str, OnTheRig] = {
         "a magnet or potentiometer off its centre; the end of the sensor's range", "readings at several known angles; the centring of the magnet"),
     "sensor_lag": OnTheRig("a slow sensor", lambda n: f"The sensor's reading follows {size(n['tau_s'])} {_more(n, 'tau_s', 'later', 'sooner')} {{than}}",
         "a filter in the sensor, amplifier or converter", "the filters' settings"),
-    "quantisation": OnTheRig("a coarse reading", lambda n: f"The angle is read in steps of {size(n['step_deg'])}" + CUT_OFF[int(value(n, "code"))],
+    "quantisation": OnTheRig("a coarse reading", lambda n: f"The angle is read in steps of {size(n['step_deg'])}" + CUT_OFF[ConverterCode(int(value(n, "code")))],
         "a coarse encoder or converter; too large a range; rounding in a file", "the converter's range and bits"),
     "mains_hum": OnTheRig("mains hum", lambda n: f"Hum of {size(n['amplitude_deg'])} lies on the angle",
         "a ground loop; an unshielded line; a power supply", "grounding and shields; the power supply"),

@@ -17,6 +17,7 @@ from rig.gap.answer.facts import Verdict
 from rig.gap.raw_tests.codes import ConverterCode, centred, code_of, cut_off_deg2
 from rig.gap.raw_tests.read import read_signatures
 from rig.gap.raw_tests.signature import Signature
+from rig.gap.raw_tests.spectral_lines import fast_spectra, sidebands_deg2
 from rig.gap.records.pairs import pair_up
 from rig.model.effect_stages import EFFECT_STAGES
 from rig.record import Column, Record
@@ -109,6 +110,38 @@ def test_hum_that_is_switched_is_hum_and_no_noise(hertz: float, every_s: float) 
     assert set(found) == {"mains_hum"}
     assert found["mains_hum"].variance_deg2 == pytest.approx(0.5 * 0.5 * 0.8**2, rel=0.1)
     assert "comes and goes" in found["mains_hum"].text
+
+
+def hum(length_s: float, hertz: float, period_s: float = np.inf) -> Record:
+    """A joint at rest with hum on its noise; switched on for half of each period."""
+    t = np.arange(0.0, length_s, 0.005)
+    on = t / period_s % 1.0 < 0.5
+    angle = np.where(on, 2.0 * np.sin(2.0 * np.pi * hertz * t), 0.0) + 0.02 * np.random.default_rng(3).normal(
+        size=len(t)
+    )
+    return Record("rest", t, np.zeros_like(t), angle)
+
+
+@given(length_s=st.floats(2.0, 20.0), hertz=st.floats(49.9, 50.1))
+@settings(max_examples=60, deadline=None)
+def test_hum_that_stays_does_not_come_and_go(length_s: float, hertz: float) -> None:
+    """However short the record, and so however broad its window's main lobe."""
+    assert sidebands_deg2(fast_spectra([hum(length_s, hertz)]), 50.0) < 1e-4 * 2.0
+
+
+@pytest.mark.parametrize("length_s", [4.0, 7.0, 20.0])
+def test_hum_that_is_switched_has_sidebands_in_short_records_too(length_s: float) -> None:
+    shown = sidebands_deg2(fast_spectra([hum(length_s, 50.0, 0.8)]), 50.0)
+    assert shown == pytest.approx(0.25 * 2.0**2 * 0.5, rel=0.25)  # as much as in the line: half of the mean square
+
+
+def test_records_that_fold_the_line_into_the_motion_tell_nothing_of_its_sidebands() -> None:
+    """In rows 19.8 ms apart 50 Hz stand at 0.5 Hz."""
+    seen, slow = hum(20.0, 50.0, 0.8), np.arange(0.0, 20.0, 0.0198)
+    folded = Record("slow rows", slow, np.zeros_like(slow), np.sin(2.0 * np.pi * 9.0 * slow))
+    alone = sidebands_deg2(fast_spectra([seen]), 50.0)
+    assert alone > 0.0
+    assert sidebands_deg2(fast_spectra([seen, folded]), 50.0) == alone
 
 
 @pytest.mark.parametrize("louder_deg", [0.0, 0.3])
