@@ -84,7 +84,8 @@ class Question:
 def answer(question: Question) -> tuple[Diagnosis, Grounds]:
     """The diagnosis with what it rests on. RecordError and ModelError when there is nothing to compare with."""
     settings = question.settings
-    signatures, expected, posteriors = weigh(question)
+    signatures, expected, weighed = weigh(question)
+    posteriors = tuple(one.at(settings.prior.temperature) for one in weighed)
     simulator = None if question.model is None else at_rest(question.model, expected.pairing)
     missed = None if simulator is None or not question.kind.by_days else _misfit_deg(simulator, expected)
     if missed is not None and (strange := _of_another_rig(missed, expected)):
@@ -106,7 +107,8 @@ def answer(question: Question) -> tuple[Diagnosis, Grounds]:
 
 
 def weigh(question: Question) -> tuple[list[Signature], Expected, tuple[Posterior, ...]]:
-    """What the raw samples show, what is expected, and what competes to explain the rest, before anything is told.
+    """What the raw samples show, what is expected, and what competes to explain the rest, by all that the evidence says
+    (at a temperature of 1), before anything is told.
     RecordError and ModelError as `answer`."""
     effects = chosen(question.library)
     pairing = _paired(question, question.records, question.days)

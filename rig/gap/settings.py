@@ -257,6 +257,10 @@ class Prior:
     """Degrees of freedom with which a remainder's level is known. Fewer: heavier tails."""
     log_beside: float = -3.0
     """Prior odds of something unknown beside an effect, against that effect alone, nats."""
+    temperature: float = 1.0
+    """By what the log odds between effects are divided before they are told (`rig.gap.temperature`); fitted on cases of
+    development, by `pamrig gap study temperature`. More: names are less sure, sets larger, and another experiment is
+    recommended sooner."""
 
 
 @dataclass(frozen=True)

@@ -1,5 +1,6 @@
 """`pamrig gap study`: what builders of the diagnosis ask of it. Its own numbers on simulated plants (sizes, absorbed,
-sensitivity), and what is fitted to scored checks of development cases (odds, further)."""
+sensitivity), and what is fitted to scored checks of development cases (odds, further,
+temperature)."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -201,3 +202,29 @@ def odds(
             f"{fit.odds.together:.2g}, by {fit.factors} factors; the truth is likelier by {fit.gained:.2g} nats each"
         )
     emit(unstructure(fits), json_to)
+
+
+@study.command(short_help="Fit how sure names are.")
+@_fitted_on_checks
+def temperature(
+    folders: tuple[Path, ...], priors: Path | None, left_out: tuple[str, ...], output: Path, json_to: str | None
+) -> None:
+    """Fit how far the evidence between effects is believed, from scored checks of development cases of plant families
+    on which the levels were not fitted, and write it with the priors.
+
+    The checks must have been answered by the same priors: those shipped, or of --priors.
+    """
+    from rig.app.gap.levels import known_families, write
+    from rig.app.gap.study.fitted_checks import checks_of
+    from rig.app.gap.study.temperature import with_temperature
+    from rig.config import unstructure
+    from rig.gap.settings import fitted
+
+    known_families((), left_out)
+    levels, fit = with_temperature(fitted(priors) if priors else fitted(), checks_of(folders), left_out)
+    write(levels, output)
+    console(json_to).print(
+        f"{output}: a temperature of {fit.temperature:.2g}, by {fit.factors} factors; true names are likelier by "
+        f"{fit.gained:.2g} nats each, and {fit.held:.0%} of the sets hold them (before {fit.held_before:.0%})"
+    )
+    emit(unstructure(fit), json_to)

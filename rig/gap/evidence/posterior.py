@@ -105,6 +105,13 @@ class Posterior:
         probability, total = _normalised(logs)
         return replace(self, probability=probability, log_evidence=self.log_evidence + total)
 
+    def at(self, temperature: float) -> "Posterior":
+        """The same with names told apart by as much of the evidence as counts at a temperature (`Prior.temperature`);
+        none, something unknown and all effects together stay as likely as they were."""
+        names = [name for name in self.probability if name not in (NONE, UNKNOWN)]
+        chances = flattened(np.array([self.probability[name] for name in names]), temperature).tolist()
+        return replace(self, probability=self.probability | dict(zip(names, chances, strict=True)))
+
     @property
     def found(self) -> bool:
         """There is something."""
@@ -149,6 +156,15 @@ def parted(logs: Mapping[str, float], said: Mapping[str, float]) -> dict[str, fl
     before = np.logaddexp.reduce([logs[name] for name in effects])
     average = float(np.logaddexp.reduce([logs[name] + said[name] for name in effects]) - before)
     return {name: value + (said[name] - average if name in said else 0.0) for name, value in logs.items()}
+
+
+def flattened(chances: Column, temperature: float) -> Column:
+    """(k,) probabilities with the same sum, their odds raised to the power 1 / temperature."""
+    if not np.any(chances > 0.0):
+        return chances
+    logs = np.log(np.maximum(chances, 1e-300)) / temperature
+    out: Column = np.sum(chances) * np.exp(logs - np.logaddexp.reduce(logs))
+    return out
 
 
 def _normalised(logs: Mapping[str, float]) -> tuple[dict[str, float], float]:

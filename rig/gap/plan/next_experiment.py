@@ -154,9 +154,12 @@ class _Open:
     """(m,) which hypothesis each number belongs to."""
     mass: float
     """Probability that it is one of them at all."""
+    temperature: float = 1.0
+    """Of names: as much less of what the records say will count."""
 
     def distances(self, chosen: Sequence[int]) -> Column:
-        """(h, h) squared, in variances: between hypotheses whose numbers are known within their spreads only."""
+        """(h, h) squared, in variances as they count: between hypotheses whose numbers are known within their spreads
+        only."""
         info, h = self.information.of(chosen), len(self.names)
         out = np.zeros((h, h))
         for i, j in combinations(range(h), 2):
@@ -166,7 +169,7 @@ class _Open:
             pull = info[free] @ toward
             inner = np.eye(len(free)) + info[np.ix_(free, free)]
             left = toward @ info @ toward - pull @ np.linalg.solve(inner, pull)
-            out[i, j] = out[j, i] = max(float(left), 0.0)
+            out[i, j] = out[j, i] = max(float(left), 0.0) / self.temperature
         return out
 
     @property
@@ -199,7 +202,8 @@ def _weigh(stand: Stand, rivals: Sequence[Hypothesis], lasted_s: float) -> _Open
     directions = np.column_stack([lines.of(np.nan_to_num(one)) for one in (*changes, *slopes)])
     wrong = directions[:, : len(rivals)] * np.sqrt(chance) * np.array([one.roughness for one in rivals])
     information = inform(as_rough(stand, wrong), directions, wrong, lasted_s)
-    return _Open(tuple(one.name for one in rivals), chance, information, tuple(owner), mass)
+    names = tuple(one.name for one in rivals)
+    return _Open(names, chance, information, tuple(owner), mass, stand.scene.prior.temperature)
 
 
 def as_rough(stand: Stand, wrong: Column) -> Stand:

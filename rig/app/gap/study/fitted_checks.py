@@ -1,16 +1,25 @@
-"""What `pamrig gap study further` and `odds` fit to: folders of scored checks, and the answers beside the scores."""
+"""What `pamrig gap study further`, `odds` and `temperature` fit to: folders of scored checks, and the answers beside
+the scores."""
 
 import contextlib
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from rig.app.gap.levels import origin
 from rig.blind_check.folder import CheckFolder, read_json
 from rig.blind_check.generate import open_labels
-from rig.blind_check.row import Scored, read_scored
+from rig.blind_check.modes import MODES
+from rig.blind_check.row import Row, Scored, facts_of, read_scored
 from rig.errors import RecordError
+from rig.gap.hypotheses.library import LIBRARY, NONE, UNKNOWN
+from rig.gap.hypotheses.scenes import ANGLE, PRESSURES
 from rig.gap.settings import Origin
+from rig.model.slots import AHEAD
+
+STATED = 1e-4
+"""A factor states the probabilities of its hypotheses down to this one; those of all effects stand in the ranking."""
 
 
 def checks_of(folders: Sequence[Path]) -> list[CheckFolder]:
@@ -47,3 +56,55 @@ def answers_of(folder: CheckFolder) -> Iterator[tuple[str, Scored, Mapping[str, 
             asked = ", ".join(scored.rows)
             raise RecordError(f"{place}: is not what a blind check writes: an answer to each of {asked}")
         yield path.stem, scored, modes
+
+
+@dataclass(frozen=True)
+class JudgedFactor:
+    """One factor of one answer, and what really acts on it."""
+
+    reference: str
+    """By which the floor was known."""
+    family: str
+    acting: tuple[str, ...]
+    """Effects, of the library or not."""
+    probability: Mapping[str, float]
+    """As stated, of each hypothesis; those next to impossible are not there."""
+    effects: Mapping[str, float]
+    """Of each effect of the library that may act on the factor, those next to impossible too."""
+    alone: float
+    """Stated probability that nothing acts on the factor that this one goes together with; 1 where it goes with
+    none."""
+
+
+def judged_factors(folder: CheckFolder, left_out: Sequence[str]) -> Iterator[JudgedFactor]:
+    """Of every clear case both factors, or the angle alone where it was judged alone; those on which only raw samples
+    show something tell nothing. Without the families `left_out`."""
+    for _, scored, answers in answers_of(folder):
+        stages = {name: fact.stage for name, fact in facts_of(scored.facts).effects.items()}
+        for mode, row in scored.rows.items():
+            if row.family not in left_out and _tells(row) and not MODES[mode].withheld:
+                yield from _of_answer(answers[mode]["diagnosis"], row.family, stages)
+
+
+def _tells(row: Row) -> bool:
+    return row.error is None and (row.is_clear or not row.has_cause)
+
+
+def _of_answer(diagnosis: Mapping[str, Any], family: str, stages: Mapping[str, str]) -> Iterator[JudgedFactor]:
+    factors, reference = diagnosis["evidence"]["factors"], diagnosis["gap"]["floor_source"]
+    ranking = diagnosis.get("ranking", [])
+    for name in (PRESSURES, ANGLE):
+        acting = [effect for effect in stages if PRESSURES not in factors or _acts_on(name, effect, stages[effect])]
+        if name in factors and not any(effect in LIBRARY and LIBRARY[effect].signature for effect in acting):
+            alone = factors[ANGLE]["probability"].get(NONE, 0.0) if name == PRESSURES else 1.0
+            probability = factors[name]["probability"]
+            effects = {one["effect"]: min(one["probability"], STATED) for one in ranking if one["judged_on"] == name}
+            effects |= {effect: chance for effect, chance in probability.items() if effect not in (NONE, UNKNOWN)}
+            yield JudgedFactor(reference, family, tuple(acting), probability, effects, alone)
+
+
+def _acts_on(factor: str, effect: str, stage: str) -> bool:
+    """Whether an effect shows on a factor: where the library has it, by what its laws act on (a shift of P0 lies in the
+    muscles and shows in the pressures)."""
+    ahead = LIBRARY[effect].upstream if effect in LIBRARY else stage in AHEAD
+    return ahead == (factor == PRESSURES)

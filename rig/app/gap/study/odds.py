@@ -6,19 +6,14 @@ Every factor of every answer counts: what was said of it, and whether something 
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
-from rig.app.gap.study.fitted_checks import answers_of, origin_of
+from rig.app.gap.study.fitted_checks import judged_factors, origin_of
 from rig.blind_check.folder import CheckFolder
-from rig.blind_check.modes import MODES
-from rig.blind_check.row import Row, facts_of
 from rig.errors import RecordError
 from rig.gap.hypotheses.library import LIBRARY, NONE, UNKNOWN
-from rig.gap.hypotheses.scenes import ANGLE, PRESSURES
 from rig.gap.odds import FactorTruth, Judgement, fit_odds, log_likelihood
 from rig.gap.reference.build import UNCORRECTED, Kind
 from rig.gap.settings import Fitted, Odds
-from rig.model.slots import AHEAD
 
 LEAST_FACTORS = 60
 """Fewer tell nothing of odds that lie some nats apart."""
@@ -75,37 +70,11 @@ def _fitted(families: Sequence[Sequence[Judgement]], odds: Odds) -> FittedOdds:
 
 def _judgements(folder: CheckFolder, left_out: Sequence[str]) -> Iterator[tuple[str, str, Judgement]]:
     """Of every factor, by whose answers its odds are fitted, the family, and what was said and what was true."""
-    for _, scored, answers in answers_of(folder):
-        stages = {name: fact.stage for name, fact in facts_of(scored.facts).effects.items()}
-        for mode, row in scored.rows.items():
-            if row.family not in left_out and _tells(row) and not MODES[mode].withheld:
-                diagnosis = answers[mode]["diagnosis"]
-                reference = diagnosis["gap"]["floor_source"]
-                yield from ((SAME.get(reference, reference), row.family, one) for one in _of_answer(diagnosis, stages))
-
-
-def _tells(row: Row) -> bool:
-    return row.error is None and (row.is_clear or not row.has_cause)
-
-
-def _of_answer(diagnosis: Mapping[str, Any], stages: Mapping[str, str]) -> Iterator[Judgement]:
-    """Both factors, or the angle alone where it was judged alone; those on which only raw samples show something say
-    nothing of odds."""
-    factors = diagnosis["evidence"]["factors"]
-    for name in (PRESSURES, ANGLE):
-        acting = [effect for effect in stages if PRESSURES not in factors or _acts_on(name, effect, stages[effect])]
-        if name in factors and not any(effect in LIBRARY and LIBRARY[effect].signature for effect in acting):
-            probability, (truth, names) = factors[name]["probability"], _true(acting)
-            right = sum(probability.get(one, 0.0) for one in names)
-            alone = factors[ANGLE]["probability"].get(NONE, 0.0) if name == PRESSURES else 1.0
-            yield Judgement(truth, probability.get(NONE, 0.0), probability.get(UNKNOWN, 0.0), right, alone)
-
-
-def _acts_on(factor: str, effect: str, stage: str) -> bool:
-    """Whether an effect shows on a factor: where the library has it, by what its laws act on (a shift of P0 lies in the
-    muscles and shows in the pressures)."""
-    ahead = LIBRARY[effect].upstream if effect in LIBRARY else stage in AHEAD
-    return ahead == (factor == PRESSURES)
+    for factor in judged_factors(folder, left_out):
+        probability, (truth, names) = factor.probability, _true(factor.acting)
+        right = sum(probability.get(one, 0.0) for one in names)
+        said = Judgement(truth, probability.get(NONE, 0.0), probability.get(UNKNOWN, 0.0), right, factor.alone)
+        yield SAME.get(factor.reference, factor.reference), factor.family, said
 
 
 def _true(acting: Sequence[str]) -> tuple[FactorTruth, list[str]]:
