@@ -10,7 +10,7 @@ from rig.app.terminal import console, listing, progress
 from rig.cli.common import emit
 
 if TYPE_CHECKING:
-    from rig.qualify.faults.attacks import Attack, Siege
+    from rig.qualify.faults.attacks import Attack, StopTimes
     from rig.qualify.faults.bench import FaultBench
 
 
@@ -18,16 +18,16 @@ def attacks(names: Sequence[str], trials: int, seed: int, json_to: str | None) -
     """Each attack (or those `names`), with so many stops; CheckFailed when one took too long or the rig stopped for
     another reason."""
     from rig.errors import CheckFailed
-    from rig.qualify.faults.attacks import besiege, shortfall
+    from rig.qualify.faults.attacks import shortfall, time_stops
 
-    sieges: list[Siege] = []
+    measured: list[StopTimes] = []
     with _bench() as (bench, port):
         for attack in _chosen(names):
             with progress(attack.name, trials) as update:
-                sieges.append(besiege(bench, attack, port, trials, seed, update))
-    _show(sieges, json_to)
-    emit({"attacks": [_plain(siege) for siege in sieges], "trials": trials, "seed": seed}, json_to)
-    if short := shortfall(sieges):
+                measured.append(time_stops(bench, attack, port, trials, seed, update))
+    _show(measured, json_to)
+    emit({"attacks": [_plain(times) for times in measured], "trials": trials, "seed": seed}, json_to)
+    if short := shortfall(measured):
         raise CheckFailed(short)
 
 
@@ -56,7 +56,7 @@ def _bench() -> "Iterator[tuple[FaultBench, int]]":
         yield bench, port
 
 
-def _show(sieges: "list[Siege]", json_to: str | None) -> None:
+def _show(measured: "list[StopTimes]", json_to: str | None) -> None:
     shown = listing(
         "attack",
         "what is done",
@@ -66,28 +66,28 @@ def _show(sieges: "list[Siege]", json_to: str | None) -> None:
         "95 %",
         "max ms",
         "over goal",
-        "p99 from the door",
+        "p99 once connected",
         "said",
     )
-    for siege in sieges:
-        p50, p99, most = (f"{siege.quantile(share):.1f}" for share in (0.5, 0.99, 1.0))
-        low, high = siege.interval_ms(0.99)
+    for times in measured:
+        p50, p99, most = (f"{times.quantile(share):.1f}" for share in (0.5, 0.99, 1.0))
+        low, high = times.interval_ms(0.99)
         within = f"{low:.1f} to {high:.1f}" if math.isfinite(high) else f"over {low:.1f}"
-        figures = [p50, p99, within, most, str(siege.late), f"{siege.quantile(0.99, door=True):.1f}"]
-        shown.add_row(siege.attack.name, siege.attack.done, str(len(siege.ms)), *figures, siege.problem)
+        figures = [p50, p99, within, most, str(times.late), f"{times.quantile(0.99, connected=True):.1f}"]
+        shown.add_row(times.attack.name, times.attack.done, str(len(times.ms)), *figures, times.problem)
     console(json_to).print(shown)
 
 
-def _plain(siege: "Siege") -> dict[str, Any]:
-    quantiles = {f"{name}_ms": siege.quantile(share) for name, share in (("p50", 0.5), ("p99", 0.99), ("max", 1.0))}
-    quantiles["door_p99_ms"] = siege.quantile(0.99, door=True)
-    low, high = siege.interval_ms(0.99)
+def _plain(times: "StopTimes") -> dict[str, Any]:
+    quantiles = {f"{name}_ms": times.quantile(share) for name, share in (("p50", 0.5), ("p99", 0.99), ("max", 1.0))}
+    quantiles["connected_p99_ms"] = times.quantile(0.99, connected=True)
+    low, high = times.interval_ms(0.99)
     quantiles |= {"p99_low_ms": low, "p99_high_ms": high}
     return {
-        "name": siege.attack.name,
-        "ms": siege.ms,
+        "name": times.attack.name,
+        "ms": times.ms,
         **quantiles,
-        "over_goal": siege.late,
-        "spoilt": siege.spoilt,
-        "problem": siege.problem,
+        "over_goal": times.late,
+        "spoilt": times.spoilt,
+        "problem": times.problem,
     }

@@ -1,8 +1,8 @@
 """How soon an emergency stop reaches the valves while somebody keeps the daemon busy: the attacks, and the trials that
 time it.
 
-An attack is carried out by a process of its own, on the daemon's doors alone. A trial brings the rig into a sweep, lets
-the attack begin, connects and stops the rig, and looks at the terminals.
+An attack is carried out by a process of its own, through the daemon's endpoints (its Unix socket, its TCP port) alone.
+A trial brings the rig into a sweep, lets the attack begin, connects and stops the rig, and looks at the terminals.
 """
 
 import asyncio
@@ -25,9 +25,9 @@ from rig.service.connections import protocol
 
 GOAL_MS: Final = 10.0
 _TOKEN: Final = "0123456789abcdef"
-_CROWD: Final = 60
+_CLIENTS: Final = 60
 """Leaves places free: the bench needs one itself."""
-_HOUSE: Final = 100
+_MANY_CLIENTS: Final = 100
 """More than there are places."""
 _STARTS: Final = 12
 _STOP_WATCH_NICE: Final = -15
@@ -50,13 +50,13 @@ Streams = tuple[asyncio.StreamReader, asyncio.StreamWriter]
 
 
 @dataclass(frozen=True)
-class Doors:
-    """Where an attacker knocks."""
+class Endpoints:
+    """Where the daemon can be reached, and what an attacker needs beside it."""
 
     socket: Path
     port: int
     sweeps: Path
-    """A folder of his own."""
+    """A folder of the attacker's own."""
 
 
 @dataclass(frozen=True)
@@ -66,28 +66,28 @@ class Attack:
     name: str
     done: str
     """What is done, in words."""
-    client: Callable[[Doors, int], Coroutine[Any, Any, None]] | None
+    client: Callable[[Endpoints, int], Coroutine[Any, Any, None]] | None
     """What each client of the attack does, for ever; it is given its number. None: nothing."""
-    clients: int = _CROWD
+    clients: int = _CLIENTS
 
 
 @dataclass
-class Siege:
+class StopTimes:
     """What was measured under one attack."""
 
     attack: Attack
     ms: list[float] = field(default_factory=list)
     """From the call of `estop`, its connection included, to the safe set-points at the terminals."""
-    door_ms: list[float] = field(default_factory=list)
+    connected_ms: list[float] = field(default_factory=list)
     """Of these, from the moment on at which the connection stood: what daemon and loop took. Before it, the caller
     waited for a processor."""
     spoilt: int = 0
     """Trials in which the machine itself stood still."""
     problem: str = ""
 
-    def quantile(self, share: float, *, door: bool = False) -> float:
+    def quantile(self, share: float, *, connected: bool = False) -> float:
         """Of the trials, by rank: 0.99 of a hundred is the last but one."""
-        ordered = sorted(self.door_ms if door else self.ms)
+        ordered = sorted(self.connected_ms if connected else self.ms)
         return ordered[max(math.ceil(len(ordered) * share) - 1, 0)] if ordered else math.nan
 
     def interval_ms(self, share: float) -> tuple[float, float]:
@@ -107,72 +107,72 @@ class Siege:
 # what the attackers do
 
 
-async def _unix(doors: Doors) -> Streams:
-    return await asyncio.open_unix_connection(doors.socket)
+async def _unix(endpoints: Endpoints) -> Streams:
+    return await asyncio.open_unix_connection(endpoints.socket)
 
 
-async def _send_and_read(doors: Doors, line: bytes) -> None:
+async def _send_and_read(endpoints: Endpoints, line: bytes) -> None:
     """The same line again and again, as fast as it is answered."""
-    reader, writer = await _unix(doors)
+    reader, writer = await _unix(endpoints)
     with contextlib.closing(writer):
         while True:
             writer.write(line)
             await reader.readline()
 
 
-async def _status(doors: Doors, _: int) -> None:
-    await _send_and_read(doors, protocol.encode({"id": 1, "command": "status"}))
+async def _status(endpoints: Endpoints, _: int) -> None:
+    await _send_and_read(endpoints, protocol.encode({"id": 1, "command": "status"}))
 
 
-async def _nonsense(doors: Doors, _: int) -> None:
-    await _send_and_read(doors, b"[" * 60_000 + b"\n")
+async def _nonsense(endpoints: Endpoints, _: int) -> None:
+    await _send_and_read(endpoints, b"[" * 60_000 + b"\n")
 
 
-async def _subscribed(doors: Doors) -> Streams:
-    reader, writer = await _unix(doors)
+async def _subscribed(endpoints: Endpoints) -> Streams:
+    reader, writer = await _unix(endpoints)
     writer.write(protocol.encode({"id": 1, "command": "subscribe", "rate_hz": 50, "samples": True}))
     return reader, writer
 
 
-async def _subscriber(doors: Doors, _: int) -> None:
-    reader, writer = await _subscribed(doors)
+async def _subscriber(endpoints: Endpoints, _: int) -> None:
+    reader, writer = await _subscribed(endpoints)
     with contextlib.closing(writer):
         while await reader.read(65536):
             pass
 
 
-async def _deaf(doors: Doors, _: int) -> None:
-    reader, writer = await _subscribed(doors)
+async def _deaf(endpoints: Endpoints, _: int) -> None:
+    reader, writer = await _subscribed(endpoints)
     reader._transport.pause_reading()  # type: ignore[attr-defined]  # noqa: SLF001 (asyncio offers no other way not to read)
     with contextlib.closing(writer):
         await asyncio.Event().wait()
 
 
-async def _silent(doors: Doors, number: int) -> None:
+async def _silent(endpoints: Endpoints, number: int) -> None:
     """Every other one over the network, without a token; who is sent away comes back."""
     while True:
-        opening = _unix(doors) if number % 2 else asyncio.open_connection("127.0.0.1", doors.port)
+        opening = _unix(endpoints) if number % 2 else asyncio.open_connection("127.0.0.1", endpoints.port)
         reader, writer = await opening
         with contextlib.closing(writer):
             await reader.read()
 
 
-async def _knocking(doors: Doors, number: int) -> None:
+async def _knocking(endpoints: Endpoints, number: int) -> None:
     """In and out again, as fast as it goes."""
     while True:
-        _, writer = await (_unix(doors) if number % 2 else asyncio.open_connection("127.0.0.1", doors.port))
+        _, writer = await (_unix(endpoints) if number % 2 else asyncio.open_connection("127.0.0.1", endpoints.port))
         writer.write(b'{"v": 1, "id"')
         writer.close()
         await asyncio.sleep(0)
 
 
-def _starting(name: str, text: str) -> Callable[[Doors, int], Coroutine[Any, Any, None]]:
+def _starting(name: str, text: str) -> Callable[[Endpoints, int], Coroutine[Any, Any, None]]:
     """Each client starts a sweep of that text, again and again."""
 
-    async def client(doors: Doors, number: int) -> None:
-        path = doors.sweeps / f"{name}{number}.yaml"
+    async def client(endpoints: Endpoints, number: int) -> None:
+        path = endpoints.sweeps / f"{name}{number}.yaml"
         path.write_text(text, encoding="utf-8")
-        await _send_and_read(doors, protocol.encode({"id": 1, "command": "start", "sweeps": [str(path)]}))
+        await _send_and_read(endpoints, protocol.encode({"id": 1, "command": "start", "sweeps": [str(path)]}))
 
     return client
 
@@ -197,7 +197,7 @@ ATTACKS: Final = (
     Attack("subscribers", "60 subscribers at 50 Hz with every sample", _subscriber),
     Attack("deaf", "60 subscribers that read nothing", _deaf),
     Attack("full house", "100 silent clients, half of them over the network without a token; who is sent away comes "
-                         "back", _silent, _HOUSE),
+                         "back", _silent, _MANY_CLIENTS),
     Attack("knocking", "60 clients connect and leave in the middle of a line, as fast as it goes", _knocking),
     Attack("multiplying", "12 clients start sweeps of 36 kB whose lists and aliases multiply", _starting("m",
     _multiplying()), _STARTS),
@@ -208,17 +208,17 @@ ATTACKS: Final = (
 """Every attack, in the order of the table."""
 
 
-def attacker(index: int, doors: Doors, go: Event, gone: Event) -> None:
+def attacker(index: int, endpoints: Endpoints, go: Event, gone: Event) -> None:
     """Entry of the attacker's process: attack while `go` is set."""
     while True:
         go.wait()
         gone.clear()
-        asyncio.run(_attack(ATTACKS[index], doors, go))
+        asyncio.run(_attack(ATTACKS[index], endpoints, go))
         gone.set()
 
 
-async def _attack(attack: Attack, doors: Doors, go: Event) -> None:
-    tasks = [asyncio.create_task(_again(attack, doors, number)) for number in range(attack.clients)]
+async def _attack(attack: Attack, endpoints: Endpoints, go: Event) -> None:
+    tasks = [asyncio.create_task(_again(attack, endpoints, number)) for number in range(attack.clients)]
     while go.is_set():
         await asyncio.sleep(0.01)
     for task in tasks:
@@ -226,12 +226,12 @@ async def _attack(attack: Attack, doors: Doors, go: Event) -> None:
     await asyncio.gather(*tasks, return_exceptions=True)
 
 
-async def _again(attack: Attack, doors: Doors, number: int) -> None:
+async def _again(attack: Attack, endpoints: Endpoints, number: int) -> None:
     """Who is hung up on comes back."""
     assert attack.client is not None
     while True:
         with contextlib.suppress(OSError, asyncio.IncompleteReadError, ValueError):
-            await attack.client(doors, number)
+            await attack.client(endpoints, number)
         await asyncio.sleep(0.001)
 
 
@@ -253,7 +253,7 @@ def bench_in(folder: Path, port: int) -> FaultBench:
 
 
 @contextlib.contextmanager
-def _besieged(attack: Attack, doors: Doors) -> Iterator[tuple[Event, Event]]:
+def _under_attack(attack: Attack, endpoints: Endpoints) -> Iterator[tuple[Event, Event]]:
     """The attacker's process; the events let it begin, and say that it has gone."""
     context = multiprocessing.get_context("spawn")
     go, gone = context.Event(), context.Event()
@@ -261,7 +261,7 @@ def _besieged(attack: Attack, doors: Doors) -> Iterator[tuple[Event, Event]]:
     if attack.client is None:
         yield go, gone
         return
-    process = context.Process(target=attacker, args=(ATTACKS.index(attack), doors, go, gone), daemon=True)
+    process = context.Process(target=attacker, args=(ATTACKS.index(attack), endpoints, go, gone), daemon=True)
     process.start()
     try:
         yield go, gone
@@ -282,26 +282,26 @@ def _punctual() -> Iterator[None]:
         os.setpriority(os.PRIO_PROCESS, 0, before)
 
 
-def besiege(
+def time_stops(
     bench: FaultBench, attack: Attack, port: int, trials: int, seed: int, tell: Callable[[float, str], None]
-) -> Siege:
+) -> StopTimes:
     """So many emergency stops under one attack, at moments drawn from `seed`."""
-    siege, draw = Siege(attack), random.Random(seed)
+    times, draw = StopTimes(attack), random.Random(seed)
     (bench.folder / "sweeps").mkdir(exist_ok=True)
-    with _besieged(attack, Doors(bench.socket, port, bench.folder / "sweeps")) as (go, gone), _punctual():
-        while len(siege.ms) < trials and not siege.problem:
+    with _under_attack(attack, Endpoints(bench.socket, port, bench.folder / "sweeps")) as (go, gone), _punctual():
+        while len(times.ms) < trials and not times.problem:
             try:
-                ms, connected_ms = _stop_once(bench, go, gone, _under_way_s(draw))
-                siege.ms.append(ms)
-                siege.door_ms.append(ms - connected_ms)
-                tell(len(siege.ms), "")
+                ms, connecting_ms = _stop_once(bench, go, gone, _under_way_s(draw))
+                times.ms.append(ms)
+                times.connected_ms.append(ms - connecting_ms)
+                tell(len(times.ms), "")
             except Spoilt:
-                siege.spoilt += 1
-                if siege.spoilt > _TRIES * trials:
-                    siege.problem = "the machine stood still in most trials"
+                times.spoilt += 1
+                if times.spoilt > _TRIES * trials:
+                    times.problem = "the machine stood still in most trials"
             except RigError as error:
-                siege.problem = str(error)
-    return siege
+                times.problem = str(error)
+    return times
 
 
 def _under_way_s(draw: random.Random) -> float:
@@ -331,14 +331,14 @@ def _stop_once(bench: FaultBench, go: Event, gone: Event, after_s: float) -> tup
     return ms, (connected_ns - since_ns) / 1e6
 
 
-def shortfall(sieges: Sequence[Siege]) -> str:
+def shortfall(measured: Sequence[StopTimes]) -> str:
     """What did not hold, in one line; empty when all did."""
-    for siege in sieges:
-        if siege.problem:
-            return f"{siege.attack.name}: {siege.problem}"
-        if siege.quantile(0.99) > GOAL_MS:
+    for times in measured:
+        if times.problem:
+            return f"{times.attack.name}: {times.problem}"
+        if times.quantile(0.99) > GOAL_MS:
             return (
-                f"{siege.attack.name}: p99 of the emergency stop is {siege.quantile(0.99):.1f} ms; at most "
+                f"{times.attack.name}: p99 of the emergency stop is {times.quantile(0.99):.1f} ms; at most "
                 f"{GOAL_MS:g} ms"
             )
     return ""

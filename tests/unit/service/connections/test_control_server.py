@@ -283,7 +283,7 @@ def test_a_bug_is_an_answer_and_the_next_request_is_heard(tmp_path: Path) -> Non
     with_server(talk)
 
 
-async def said_at_the_door(path: Path, line: bytes) -> bytes:
+async def answered_before_accepted(path: Path, line: bytes) -> bytes:
     """The answer to a line that is there before the server has looked at its client."""
     client = socket.socket(socket.AF_UNIX)
     client.connect(str(path))
@@ -305,9 +305,11 @@ def test_an_emergency_stop_begins_before_its_client_has_a_place(tmp_path: Path) 
             b'{"v": 2, "command": "estop"}\n',
             b'"estop"\n',
         ):
-            await said_at_the_door(tmp_path / "s", line)
+            await answered_before_accepted(tmp_path / "s", line)
         assert stopped == []
-        assert json.loads(await said_at_the_door(tmp_path / "s", protocol.encode({"id": 1, "command": "estop"})))["ok"]
+        assert json.loads(
+            await answered_before_accepted(tmp_path / "s", protocol.encode({"id": 1, "command": "estop"}))
+        )["ok"]
         assert stopped == ["at once"]
         await server.close()
 

@@ -126,7 +126,7 @@ def test_with_the_token_one_comes_in_and_a_program_may_show_it_each_time(network
     assert ask(networked, "/api/status", {"authorization": "Bearer wrong"}).status == 401
 
 
-def test_guessing_is_limited_at_both_doors_and_the_right_token_must_wait_too(networked: Site) -> None:
+def test_guessing_is_limited_at_both_ways_in_and_the_right_token_must_wait_too(networked: Site) -> None:
     for _ in range(GUESSES):
         assert ask(networked, "/api/status", {"authorization": "Bearer wrong"}).status == 401
     assert log_in(networked).status == 429
