@@ -19,7 +19,7 @@ import click
 from rig.cli.commands import cli
 from rig.qualify.faults.attacks import ATTACKS
 from rig.qualify.faults.table import TABLE as FAULT_ROWS
-from rig.qualify.figures import drawn
+from rig.qualify.figures import markdown
 from rig.realtime.faults import EXPLANATIONS, Fault
 from rig.realtime.guard import Limits
 from rig.realtime.measures import Measures
@@ -198,7 +198,7 @@ def stored(name: str) -> dict[str, Any]:
 def library_figures() -> str:
     """What `python tests/library_figures.py` measured, each part with its date and machine."""
     parts = stored("library_figures").values()
-    return "\n".join(f"{drawn.machine_line(part)}\n{drawn.table(part['figures'])}" for part in parts)
+    return "\n".join(f"{markdown.machine_line(part)}\n{markdown.table(part['figures'])}" for part in parts)
 
 
 def real_summary() -> str:
@@ -231,8 +231,8 @@ BLOCKS: dict[str, Callable[[], str]] = {
     "safe": lambda: settings(Safe),
     "limits": lambda: settings(Limits),
     "realtime": lambda: settings(Measures),
-    "machine": lambda: drawn.machine_line(stored("figures")),
-    "figures": lambda: drawn.sections(stored("figures")),
+    "machine": lambda: markdown.machine_line(stored("figures")),
+    "figures": lambda: markdown.sections(stored("figures")),
     "library_figures": library_figures,
     "real_summary": real_summary,
     "real_rows": real_rows,

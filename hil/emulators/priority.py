@@ -11,7 +11,7 @@ import threading
 FIFO_PRIORITY = 45
 
 
-def keep_up() -> None:
+def run_in_real_time() -> None:
     """Real-time priority for the calling thread, or none where that is not allowed."""
     with contextlib.suppress(OSError, AttributeError):
         os.sched_setscheduler(threading.get_native_id(), os.SCHED_FIFO, os.sched_param(FIFO_PRIORITY))

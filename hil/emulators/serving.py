@@ -20,7 +20,7 @@ from hil.emulators.modbus.bus_wire import BusWire
 from hil.emulators.modbus.module import Module
 from hil.emulators.modbus.server import Bus, watch
 from hil.emulators.modbus.wago import WagoCoupler
-from hil.emulators.priority import keep_up
+from hil.emulators.priority import run_in_real_time
 from hil.emulators.spec import BusSpec, ModuleSpec, RigSpec, ValveSpec
 from hil.emulators.world import World
 from rig.config import structure
@@ -87,7 +87,7 @@ class RunningEmulators:
     def _valve(self, name: str, spec: ValveSpec) -> EmulatedSerialLine:
         number = 1 if name == "valve_1" else 2
         self._regulators[name] = regulator = Regulator(
-            spec.speech,
+            spec.dialect,
             lambda pressure_mpa: self.world.command(number, pressure_mpa),
             lambda: self.world.outputs()[number - 1],
         )
@@ -205,7 +205,7 @@ async def serve() -> None:
     with tempfile.TemporaryDirectory(prefix="emulated-rig-") as folder:
         rig = RunningEmulators(spec, Path(folder))
         say(await rig.start())
-        keep_up()
+        run_in_real_time()
         watching = asyncio.create_task(watch(list(rig.buses.values())))
         while line := await reader.readline():
             try:

@@ -3,7 +3,7 @@
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from hil.emulators.itv_serial.regulator import Speech
+from hil.emulators.itv_serial.regulator import RegulatorDialect
 from hil.emulators.modbus.module import ModuleWiring
 from rig.fields import bounded
 
@@ -15,7 +15,7 @@ class ValveSpec:
     baud: int = bounded(300, 4_000_000, "baud", default=9600)
     bits_per_byte: int = bounded(9, 12, "bit", default=10)
     turnaround_s: float = bounded(0.0, 1.0, "s", default=0.0)
-    speech: Speech = field(default_factory=Speech)
+    dialect: RegulatorDialect = field(default_factory=RegulatorDialect)
 
 
 @dataclass(frozen=True)

@@ -17,7 +17,7 @@ from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any
 
-from rig.app import wires
+from rig.app import wire_locks
 from rig.app.shipped import default_rig, find_config, own_file, own_names
 from rig.config import structure, suggest
 from rig.errors import ConfigError, DeviceError, RigError
@@ -31,7 +31,7 @@ from rig.realtime.rehearsal import NoDevice, Rehearsal, Rehearsals
 from rig.realtime.ring import Ring, RingWriter
 from rig.rig_config import DeviceEntry, RigConfig, apart, load_rig, require_file, resolve_paths
 from rig.service.processes import name_process
-from rig.service.session.session import LoopOrders
+from rig.service.session.session import LoopSetup
 
 STAND_INS = {
     "simulated": "hil.bench:SimulatedRig",
@@ -109,14 +109,14 @@ def loop_settings(rig: RigConfig) -> LoopSettings:
     return LoopSettings(rig.period_ns, rig.safe.p1_mpa, rig.safe.p2_mpa, rig.safe.return_mpa_s, rig.limits)
 
 
-def loop_process(orders: LoopOrders, pipe: Connection) -> None:
+def loop_process(setup: LoopSetup, pipe: Connection) -> None:
     """Entry of the loop's process: open the device, take the real-time measures, wait for the word, tick."""
     for number in (signal.SIGINT, signal.SIGTSTP):
         signal.signal(number, signal.SIG_IGN)  # the terminal's Ctrl-C and Ctrl-Z are for the process that commands
     name_process("loop")
     ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGHUP)  # if that process is killed, end safe, and know why
     try:
-        loop, facts = _prepare(orders)
+        loop, facts = _prepare(setup)
     except RigError as error:
         pipe.send(("device" if isinstance(error, DeviceError) else "config", str(error)))
         return
@@ -155,25 +155,25 @@ def _one_line(error: BaseException) -> str:
     return f"{type(error).__name__}: {' '.join(str(error).split())} ({Path(where.filename).name}, line {where.lineno})"
 
 
-def _prepare(orders: LoopOrders) -> tuple[Loop, dict[str, Any]]:
-    ring = Ring.attach(orders.ring, orders.session)
-    mailbox = Mailbox.attach(orders.mailbox, orders.session)
-    rig: RigConfig = orders.rig
-    clock: Clock = VirtualClock(pace=ring.pace) if orders.virtual else MonotonicClock()
-    seed = {} if orders.seed is None else {"seed": orders.seed}
+def _prepare(setup: LoopSetup) -> tuple[Loop, dict[str, Any]]:
+    ring = Ring.attach(setup.ring, setup.session)
+    mailbox = Mailbox.attach(setup.mailbox, setup.session)
+    rig: RigConfig = setup.rig
+    clock: Clock = VirtualClock(pace=ring.pace) if setup.virtual else MonotonicClock()
+    seed = {} if setup.seed is None else {"seed": setup.seed}
     check_as_loaded(rig)
-    device = make_device(rig, clock, {**orders.options, **seed})
+    device = make_device(rig, clock, {**setup.options, **seed})
     commands: Mailbox | Script = mailbox
-    if orders.script is not None:
-        programs = [closed_loop.attach(program_path(orders.session, run), orders.session) for run in orders.script]
+    if setup.script is not None:
+        programs = [closed_loop.attach(program_path(setup.session, run), setup.session) for run in setup.script]
         commands = Script(programs, mailbox)
-    waiting = clock if orders.virtual else punctual(clock, device, rig)
+    waiting = clock if setup.virtual else punctual(clock, device, rig)
     loop = Loop(device, waiting, RingWriter(ring, os.getpid()), commands, loop_settings(rig))
     rehearse_for(loop, waiting)
-    if not orders.virtual:
-        wires.hold(wires_of(rig), os.getppid())  # until this process is gone
+    if not setup.virtual:
+        wire_locks.hold(wires_of(rig), os.getppid())  # until this process is gone
     facts: dict[str, Any] = {"device": dict(device.open())}
-    facts["realtime"] = {} if orders.virtual else measures.apply(rig.realtime)
+    facts["realtime"] = {} if setup.virtual else measures.apply(rig.realtime)
     facts["wall_offset_ns"] = time.time_ns() - clock.now_ns()
     return loop, facts
 

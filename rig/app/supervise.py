@@ -11,7 +11,7 @@ from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any, Final
 
-from rig.app import compose, shipped, wires
+from rig.app import compose, shipped, wire_locks
 from rig.errors import DeviceError, RigError
 from rig.interfaces import Device, abilities_of
 from rig.realtime import measures
@@ -32,7 +32,7 @@ from rig.rig_config import RigConfig
 from rig.service.processes import name_process
 from rig.service.session.session import Watching
 from rig.service.session.session_monitor import SessionParts
-from rig.service.session.watchers import WatcherOrders
+from rig.service.session.watchers import WatcherSetup
 
 GUARDIAN_PATIENCE_NS: Final = 250_000_000
 """The guardian comes after the supervisor and the commanding process; well before the watchdog of a device."""
@@ -47,7 +47,7 @@ def patience_periods(rig: RigConfig) -> int:
     return max(rig.limits.stall_periods - 1, 2)
 
 
-def watcher_process(orders: WatcherOrders, pipe: Connection) -> None:
+def watcher_process(setup: WatcherSetup, pipe: Connection) -> None:
     """Entry of supervisor and guardian: watch the process that writes set-points until it ends, then see to the safe
     state.
 
@@ -56,35 +56,35 @@ def watcher_process(orders: WatcherOrders, pipe: Connection) -> None:
     """
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGTSTP):
         signal.signal(number, signal.SIG_IGN)  # it ends when the loop has ended, not before
-    name_process(orders.writer.name.lower())
-    rig: RigConfig = orders.rig
-    device = _outside(rig, orders.options)
-    block = SafeBlock.attach(orders.block, orders.session)
-    supervisor = _supervisor(orders, rig, block, device)
-    if orders.writer is Writer.SUPERVISOR:
+    name_process(setup.writer.name.lower())
+    rig: RigConfig = setup.rig
+    device = _outside(rig, setup.options)
+    block = SafeBlock.attach(setup.block, setup.session)
+    supervisor = _supervisor(setup, rig, block, device)
+    if setup.writer is Writer.SUPERVISOR:
         _stand_by(device)
     pipe.send(("ready", _take_measures(rig)))
     pipe.close()
     try:
-        if supervisor.run() is not LoopVerdict.WATCHING and orders.speaks:
-            _speak(block, orders.writer)
+        if supervisor.run() is not LoopVerdict.WATCHING and setup.speaks:
+            _speak(block, setup.writer)
     finally:
         with contextlib.suppress(Exception):
             device.close()
 
 
-def _supervisor(orders: WatcherOrders, rig: RigConfig, block: SafeBlock, device: Device) -> Supervisor:
+def _supervisor(setup: WatcherSetup, rig: RigConfig, block: SafeBlock, device: Device) -> Supervisor:
     """The guardian has twice the supervisor's patience, at least its own, and gives the others as long for a loop that
     has ended."""
-    ring, loop = Ring.attach(orders.ring, orders.session), WatchedProcess(orders.pid)
+    ring, loop = Ring.attach(setup.ring, setup.session), WatchedProcess(setup.pid)
     path = SecondPath.of(device) if compose.outlives_the_loop(rig) else None
-    authority = SafeStateAuthority(orders.writer, block, ring, loop, path)
-    patience_ns = orders.patience_ns or patience_periods(rig) * rig.period_ns - rig.period_ns // 10
+    authority = SafeStateAuthority(setup.writer, block, ring, loop, path)
+    patience_ns = setup.patience_ns or patience_periods(rig) * rig.period_ns - rig.period_ns // 10
     grace_ns = 0
-    if orders.writer is Writer.GUARDIAN:
+    if setup.writer is Writer.GUARDIAN:
         patience_ns, grace_ns = max(GUARDIAN_PATIENCE_NS, 2 * patience_ns), GUARDIAN_PATIENCE_NS
     return Supervisor(
-        orders.writer, ring, block, loop, authority, patience_ns=patience_ns, period_ns=rig.period_ns, grace_ns=grace_ns
+        setup.writer, ring, block, loop, authority, patience_ns=patience_ns, period_ns=rig.period_ns, grace_ns=grace_ns
     )
 
 
@@ -133,7 +133,7 @@ def make_safe(rig: RigConfig) -> Outcome:
     path = SecondPath.of(_outside(rig))
     try:
         outcome = insist(path, _INSIST_S)
-        if other := wires.driver(compose.wires_of(rig)):
+        if other := wire_locks.who_drives(compose.wires_of(rig)):
             done = "was written, but" if outcome >= Outcome.WRITTEN else "does not stand there, and"
             raise RigError(
                 f"{rig.name}: NOT SAFE: the safe state {done} {other}, which writes its own set-points: stop it there "
@@ -172,7 +172,7 @@ def parts_of(rig: RigConfig, *, virtual: bool = False, seed: int | None = None) 
 def _driver_of(rig: RigConfig, but: int | None = None) -> Callable[[], str]:
     """Who drives the rig's wires, asked many times: their names are looked up once. `but`: a process not meant."""
     names = functools.cache(lambda: compose.wires_of(rig))
-    return lambda: wires.driver(names(), but)
+    return lambda: wire_locks.who_drives(names(), but)
 
 
 def _own_model(rig: RigConfig) -> Path | None:

@@ -18,7 +18,7 @@ from rig.realtime.program import Program
 from rig.realtime.ring import RingReader
 from rig.rig_config import RigConfig
 from rig.sample import Sample, unpack
-from rig.service.records.orders import RunOrder
+from rig.service.records.recorder_messages import RunOrder
 from rig.service.session.session import Session
 
 

@@ -1,4 +1,4 @@
-"""The story of a hunt as one page: what was thought after each step, and why the next sweep."""
+"""The story of a hunt as one page: what was found after each step, and why the next sweep."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any, Final, Self
 
 from rig.errors import RigError, StateError
-from rig.service.connections import places, protocol
+from rig.service.connections import protocol, socket_access
 from rig.service.connections.protocol import Code
 from rig.service.processes import DISK_PATIENCE_S
 
@@ -37,17 +37,17 @@ class Client:
     """One connection. RigError, one line, when there is no daemon; StateError when a command does not fit the state."""
 
     def __init__(self, path: Path | None = None, timeout_s: float = 40.0) -> None:
-        self.path = path or places.default_socket()
+        self.path = path or socket_access.default_socket()
         self._number, self._timeout_s = 0, timeout_s
         self._open(timeout_s)
 
     def _open(self, timeout_s: float) -> None:
-        places.check_folder(self.path.parent)
+        socket_access.check_folder(self.path.parent)
         self._socket = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
         self._socket.settimeout(timeout_s)
         try:
             self._connect(timeout_s)
-            places.check_daemon(self.path, self._socket)
+            socket_access.check_daemon(self.path, self._socket)
         except OSError as error:
             self._socket.close()
             raise RigError(f"{self.path}: {_no_daemon(self.path, error)}") from None
@@ -211,6 +211,6 @@ def _no_daemon(path: Path, error: OSError) -> str:
     if isinstance(error, PermissionError):
         return (
             "not allowed: that daemon is for its own user, root and the members of the group that its settings name"
-            + places.whose(path)
+            + socket_access.owned_by(path)
         )
     return error.strerror or str(error)

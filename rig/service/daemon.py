@@ -17,7 +17,7 @@ from rig.channels import FACT as CHANNELS
 from rig.errors import RigError
 from rig.realtime.faults import explain
 from rig.realtime.state import Event, State
-from rig.service.connections import places
+from rig.service.connections import socket_access
 from rig.service.connections.arguments import check_line
 from rig.service.connections.control import Server
 from rig.service.connections.protocol import VERSION, ClientRequest, Code, Refused
@@ -25,11 +25,11 @@ from rig.service.processes import processes_json
 from rig.service.queue.job_queue import Queue
 from rig.service.queue.planner import Planner
 from rig.service.queue.queue_runner import QueueRunner
-from rig.service.queue.starting import Starting
+from rig.service.queue.start_handler import StartHandler
 from rig.service.records.blackbox import Owner
 from rig.service.records.ledger import Ledger
 from rig.service.records.operating_time import OperatingTime
-from rig.service.records.orders import Mark
+from rig.service.records.recorder_messages import Mark
 from rig.service.records.retention import Retention
 from rig.service.session.session import ending_signals
 from rig.service.session.session_monitor import SessionMonitor, SessionParts
@@ -39,7 +39,7 @@ from rig.service.views import metrics
 from rig.service.views.fault_reports import FaultReports
 from rig.service.views.live import LiveView
 from rig.service.views.notify import Notifier
-from rig.service.web.host import Page, page_orders
+from rig.service.web.host import Page, page_setup
 
 _TURN_S: Final = 0.02
 _SWITCH_S: Final = 0.0002
@@ -64,14 +64,14 @@ class Daemon:
         """StateError when another daemon has the state folder: its queue and ledger are read here, and have one
         writer."""
         make_folder(settings.logs)
-        make_folder(settings.state, places.OWN_MODE)
-        places.keep_others_from(settings.state, "the daemon's queue and ledger")
+        make_folder(settings.state, socket_access.OWN_MODE)
+        socket_access.keep_others_from(settings.state, "the daemon's queue and ledger")
         taken = (
             f"{settings.state}: another daemon is running with this state folder; see `pamrig status`, or "
             "give another by --state"
         )
-        self._locks = [places.take_lock(settings.state / "daemon.lock", taken)]
-        if (folder_lock := places.lock_folder(settings.state, taken)) is not None:
+        self._locks = [socket_access.take_lock(settings.state / "daemon.lock", taken)]
+        if (folder_lock := socket_access.lock_folder(settings.state, taken)) is not None:
             self._locks.append(folder_lock)
         self._parts, self._settings = parts, settings
         self._owner = Owner.of(settings.state, parts.rig.name)
@@ -82,11 +82,11 @@ class Daemon:
         self._retention = Retention(self._ledger, settings.retention, self._operating)
         self._runner = QueueRunner(self._monitor, self._queue, parts.rig, settings, self._ledger)
         self._checker = Planner(parts.rig)
-        self._starting = Starting(self._monitor, self._queue, self._runner, self._checker)
+        self._starting = StartHandler(self._monitor, self._queue, self._runner, self._checker)
         self._reports = FaultReports(self._monitor, settings.state / "blackbox", self._runner.hold)
         self._server = Server(self._handle, self.status, self._begin_estop)
         self._live = LiveView(settings.live.port)
-        self._page = Page(settings.web, page_orders(parts, settings))
+        self._page = Page(settings.web, page_setup(parts, settings))
         self._armed_by = ""
         self._notifier = Notifier()
         self._starter = ThreadPoolExecutor(

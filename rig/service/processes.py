@@ -18,7 +18,7 @@ STEADY_S: Final = 30.0
 """A process that ran for longer did not die in a row with the one before it."""
 
 
-class Pauses:
+class RestartDelays:
     """How long to wait before a process that died is started anew: the longer, the more have died in a row."""
 
     def __init__(self, pauses_s: Sequence[float], deaths: int = 0) -> None:

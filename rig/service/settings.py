@@ -10,8 +10,8 @@ from typing import Final
 from rig.config import read_text, read_yaml, shown, structure
 from rig.errors import ConfigError, RigError
 from rig.fields import bounded
-from rig.service.connections import places
-from rig.service.connections.places import default_socket
+from rig.service.connections import socket_access
+from rig.service.connections.socket_access import default_socket
 from rig.service.records.retention import Policy
 
 _MOST_TOKEN_BYTES: Final = 4096
@@ -164,9 +164,9 @@ def make_folder(folder: Path, mode: int = 0o777) -> None:
     try:
         folder.mkdir(mode, parents=True, exist_ok=True)
     except OSError as error:
-        raise RigError(f"{folder}: cannot be made: {error.strerror}{places.whose(folder)}") from None
+        raise RigError(f"{folder}: cannot be made: {error.strerror}{socket_access.owned_by(folder)}") from None
     if not os.access(folder, os.W_OK):
-        raise RigError(f"{folder}: cannot be written to{places.whose(folder)}")
+        raise RigError(f"{folder}: cannot be written to{socket_access.owned_by(folder)}")
 
 
 def read_token(file: Path) -> str:

@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 from drivers.itv_serial.codec import Codec, Dialect, ReplyError
 from drivers.modbus_io.codec import decode, encode, per_count, to_counts, to_signal
 from drivers.modbus_io.maps import ChannelRun, Type, WordOrder
-from hil.emulators.itv_serial.regulator import Regulator, Speech
-from hil.emulators.itv_serial.stand_in import speech_of
+from hil.emulators.itv_serial.regulator import Regulator, RegulatorDialect
+from hil.emulators.itv_serial.stand_in import dialect_of
 from hil.emulators.modbus.module import ChannelBlock
 
 DIALECTS = st.sampled_from(
@@ -28,25 +28,25 @@ DIALECTS = st.sampled_from(
 def test_driver_and_regulator_understand_each_other(raw: dict[str, object], pressure_mpa: float) -> None:
     dialect = Dialect(**{"reply_terminator": raw.get("terminator", "\r\n"), **raw})
     codec, told = Codec(dialect), []
-    speech = speech_of(raw)
+    speech = dialect_of(raw)
     regulator = Regulator(speech, told.append, lambda: pressure_mpa)
     count = codec.to_count(pressure_mpa / dialect.full_scale_mpa * dialect.full_scale_counts)
     command, end = codec.set(count), dialect.reply_terminator.encode()
-    answer = regulator.hear(command).removeprefix(command if dialect.echo else b"")
+    answer = regulator.receive(command).removeprefix(command if dialect.echo else b"")
     assert abs(told[-1] - pressure_mpa) <= 0.5 / dialect.full_scale_counts
     assert bool(answer) == codec.answers_set
     if answer:
         codec.check_set(answer.removesuffix(end), count)
-    monitored = regulator.hear(codec.monitor).removeprefix(codec.monitor if dialect.echo else b"")
+    monitored = regulator.receive(codec.monitor).removeprefix(codec.monitor if dialect.echo else b"")
     assert abs(codec.monitored(monitored.removesuffix(end)) - count) <= 1
 
 
 @given(st.lists(st.binary(max_size=12), max_size=8))
 def test_a_regulator_survives_any_bytes_and_keeps_its_range(pieces: list[bytes]) -> None:
     told: list[float] = []
-    regulator = Regulator(Speech(), told.append, lambda: 0.1)
+    regulator = Regulator(RegulatorDialect(), told.append, lambda: 0.1)
     for piece in (*pieces, b"\r\nSET 7\r\n"):
-        regulator.hear(piece)
+        regulator.receive(piece)
     assert regulator.set_point == 7
     assert all(0.0 <= pressure_mpa <= 0.5 for pressure_mpa in told)
 

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from hil.emulators.itv_serial.regulator import Regulator
-from hil.emulators.priority import keep_up
+from hil.emulators.priority import run_in_real_time
 from hil.emulators.pty import plugged_pty
 
 _RATES = {getattr(termios, name): int(name[1:]) for name in dir(termios) if name[0] == "B" and name[1:].isdecimal()}
@@ -83,7 +83,7 @@ class EmulatedSerialLine:
         self.device.unlink(missing_ok=True)
 
     def _serve(self, master: int) -> None:
-        keep_up()
+        run_in_real_time()
         with contextlib.suppress(OSError, ValueError):
             while self._ends and self._ends[0] == master:
                 if select.select([master], [], [], _LOOK_S)[0]:
@@ -111,7 +111,7 @@ class EmulatedSerialLine:
             )
             return
         before = self._regulator.set_point
-        answer = self._regulator.hear(data)
+        answer = self._regulator.receive(data)
         if self._regulator.set_point != before:
             self.writes = [*self.writes[-999:], (time.monotonic_ns(), self._regulator.set_point)]
         if answer:

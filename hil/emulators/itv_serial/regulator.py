@@ -11,7 +11,7 @@ _LONGEST_LINE = 64
 
 
 @dataclass(frozen=True)
-class Speech:
+class RegulatorDialect:
     """The words of one variant. The defaults are what is known of SMC's RS-232C variants."""
 
     set_word: str = "SET"
@@ -34,17 +34,19 @@ class Speech:
 class Regulator:
     """One regulator: keeps its set-point, forwards it to the plant, reads its own pressure sensor."""
 
-    def __init__(self, speech: Speech, obey: Callable[[float], None], pressure_mpa: Callable[[], float]) -> None:
-        self._speech, self._obey, self._pressure_mpa = speech, obey, pressure_mpa
+    def __init__(
+        self, dialect: RegulatorDialect, obey: Callable[[float], None], pressure_mpa: Callable[[], float]
+    ) -> None:
+        self._dialect, self._obey, self._pressure_mpa = dialect, obey, pressure_mpa
         self._heard = b""
         self.set_point = 0
         """Counts; what the valve follows as long as it has power."""
 
-    def hear(self, data: bytes) -> bytes:
+    def receive(self, data: bytes) -> bytes:
         """Bytes from the line; returns what is answered to the commands that they complete."""
         self._heard += data
         answers = b""
-        end = self._speech.terminator.encode()
+        end = self._dialect.terminator.encode()
         while end in self._heard:
             line, self._heard = self._heard.split(end, 1)
             answers += self._answer(line)
@@ -53,7 +55,7 @@ class Regulator:
 
     def start_from(self, pressure_mpa: float) -> None:
         """The set-point that somebody left behind."""
-        self.set_point = round(pressure_mpa / self._speech.full_scale_mpa * self._speech.full_scale_counts)
+        self.set_point = round(pressure_mpa / self._dialect.full_scale_mpa * self._dialect.full_scale_counts)
 
     def forget(self) -> None:
         """Power off and on: a half command is lost, the set-point is zero again."""
@@ -61,39 +63,39 @@ class Regulator:
         self.set_point = 0
 
     def _answer(self, line: bytes) -> bytes:
-        speech = self._speech
+        dialect = self._dialect
         text = line.decode("ascii", "replace")
-        echo = line + speech.terminator.encode() if speech.echo else b""
+        echo = line + dialect.terminator.encode() if dialect.echo else b""
         answer = self._obeyed(text)
-        return echo + ((answer + speech.terminator).encode() if answer else b"")
+        return echo + ((answer + dialect.terminator).encode() if answer else b"")
 
     def _obeyed(self, text: str) -> str:
-        speech = self._speech
-        if text == speech.monitor_word:
-            return speech.monitor_answer.format(count=self.monitored())
-        if text == speech.request_word:
+        dialect = self._dialect
+        if text == dialect.monitor_word:
+            return dialect.monitor_answer.format(count=self.monitored())
+        if text == dialect.request_word:
             return str(self.set_point)
         word, _, number = (
-            text.partition(speech.separator)
-            if speech.separator
-            else (text[: len(speech.set_word)], "", text[len(speech.set_word) :])
+            text.partition(dialect.separator)
+            if dialect.separator
+            else (text[: len(dialect.set_word)], "", text[len(dialect.set_word) :])
         )
         if not number.isdecimal():
-            return speech.unknown
+            return dialect.unknown
         wanted = {
-            speech.set_word: int(number),
-            speech.increase_word: self.set_point + int(number),
-            speech.decrease_word: self.set_point - int(number),
+            dialect.set_word: int(number),
+            dialect.increase_word: self.set_point + int(number),
+            dialect.decrease_word: self.set_point - int(number),
         }.get(word)
         if wanted is None:
-            return speech.unknown
-        if not 0 <= wanted <= speech.full_scale_counts:
-            return speech.out_of_range
+            return dialect.unknown
+        if not 0 <= wanted <= dialect.full_scale_counts:
+            return dialect.out_of_range
         self.set_point = wanted
-        self._obey(wanted * speech.full_scale_mpa / speech.full_scale_counts)
-        return speech.set_answer.format(count=wanted)
+        self._obey(wanted * dialect.full_scale_mpa / dialect.full_scale_counts)
+        return dialect.set_answer.format(count=wanted)
 
     def monitored(self) -> int:
         """Its pressure sensor, in counts of full scale."""
-        counts = round(self._pressure_mpa() / self._speech.full_scale_mpa * self._speech.full_scale_counts)
-        return min(max(counts, 0), self._speech.full_scale_counts)
+        counts = round(self._pressure_mpa() / self._dialect.full_scale_mpa * self._dialect.full_scale_counts)
+        return min(max(counts, 0), self._dialect.full_scale_counts)

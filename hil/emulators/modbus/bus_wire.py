@@ -8,7 +8,7 @@ import threading
 import time
 from pathlib import Path
 
-from hil.emulators.priority import keep_up
+from hil.emulators.priority import run_in_real_time
 from hil.emulators.pty import plugged_pty
 
 _LOOK_S = 0.2
@@ -43,7 +43,7 @@ class BusWire:
         self._server_device.unlink(missing_ok=True)
 
     def _carry_all(self, client: int) -> None:
-        keep_up()
+        run_in_real_time()
         server = self._server[0]
         with contextlib.suppress(OSError, ValueError):
             while self._client and self._client[0] == client:

@@ -12,7 +12,7 @@ from hil.emulators.modbus.bus_wire import BusWire
 from hil.emulators.modbus.module import Module, ModuleWiring, PressureWire
 from hil.emulators.modbus.server import Bus, watch
 from hil.emulators.modbus.wago import WagoCoupler
-from hil.emulators.priority import keep_up
+from hil.emulators.priority import run_in_real_time
 from hil.emulators.world import World
 from rig.config import read_yaml
 from rig.errors import ConfigError
@@ -59,7 +59,7 @@ class ModbusModules:
             self._wire.stop()
 
     def _run(self) -> None:
-        keep_up()
+        run_in_real_time()
         try:
             self._loop.run_until_complete(self._start())
         except (OSError, RuntimeError, ValueError) as error:

@@ -17,7 +17,7 @@ from statistics import fmean, pstdev
 from types import TracebackType
 from typing import Final, Self
 
-from rig.app.overseen import Overseen
+from rig.app.supervised_command import SupervisedCommand
 from rig.errors import CheckFailed, DeviceError, DeviceLost
 from rig.interfaces import Device, Measurement, abilities_of
 from rig.realtime.clock import MonotonicClock
@@ -41,11 +41,15 @@ class DeviceTicker:
     """Opens the device, ticks it in the background, and leaves it safe (when it was moved) and closed."""
 
     def __init__(
-        self, device: Device, period_ns: int, safe_mpa: tuple[float, float], overseen: Overseen | None = None
-    ) -> None:  # fmt: skip
-        """With `overseen`, whoever stands above this process is told of each tick, and missed when he is lost."""
+        self,
+        device: Device,
+        period_ns: int,
+        safe_mpa: tuple[float, float],
+        supervision: SupervisedCommand | None = None,
+    ) -> None:
+        """With `supervision`, whoever stands above this process is told of each tick, and missed when he is lost."""
         self.facts: dict[str, str] = {}
-        self._device, self._period_ns, self._safe, self._overseen = device, period_ns, safe_mpa, overseen
+        self._device, self._period_ns, self._safe, self._supervision = device, period_ns, safe_mpa, supervision
         self._goal: tuple[float, float] | None = None
         self._at: tuple[float, float] | None = None
         self._history: deque[Measurement] = deque(maxlen=2000)
@@ -56,8 +60,8 @@ class DeviceTicker:
     def __enter__(self) -> Self:
         try:
             self.facts = dict(self._device.open())
-            if self._overseen is not None:
-                self._overseen.__enter__()
+            if self._supervision is not None:
+                self._supervision.__enter__()
         except BaseException:
             let_go(self._device)
             raise
@@ -74,8 +78,8 @@ class DeviceTicker:
                 if self._at is not None:
                     self._make_safe()
             finally:
-                if self._overseen is not None:
-                    self._overseen.__exit__(kind, error, trace)
+                if self._supervision is not None:
+                    self._supervision.__exit__(kind, error, trace)
                 let_go(self._device)
 
     def _make_safe(self) -> None:
@@ -90,15 +94,15 @@ class DeviceTicker:
             ) from None
 
     def _beat_for_the_way_out(self) -> None:
-        if self._overseen is not None:
-            self._overseen.beat(LEAVING_NS)
+        if self._supervision is not None:
+            self._supervision.beat(LEAVING_NS)
 
     def _look_up(self) -> None:
         """Beat; and without somebody above this process nothing is to stand under pressure."""
-        if self._overseen is None:
+        if self._supervision is None:
             return
-        self._overseen.beat()
-        if self._at is not None and (why := self._overseen.trouble()):
+        self._supervision.beat()
+        if self._at is not None and (why := self._supervision.trouble()):
             raise DeviceLost(f"{why}: nobody would see to the safe state if this command were lost, so it gave up")
 
     def go_to(self, p1_mpa: float, p2_mpa: float, settle_s: float = 0.0) -> None:
@@ -181,8 +185,8 @@ class DeviceTicker:
             with contextlib.suppress(DeviceError):  # said by the error; tried again on the way out
                 self._make_safe()
         while not self._quit.wait(self._period_ns / 1e9):
-            if self._overseen is not None:
-                self._overseen.beat()
+            if self._supervision is not None:
+                self._supervision.beat()
 
     def _step(self) -> None:
         if self._goal is None or self._at is None:

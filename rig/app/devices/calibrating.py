@@ -15,9 +15,9 @@ from rich.table import Table
 
 from drivers.calibration import Calibration, Potentiometer, parse_all
 from drivers.fitting import Form, Measured, calibrate, summary
-from rig.app import compose, wires
+from rig.app import compose, wire_locks
 from rig.app.devices.bringup import DeviceTicker, mean
-from rig.app.overseen import Overseen, check_last_resort, overseen
+from rig.app.supervised_command import SupervisedCommand, check_last_resort, supervised
 from rig.app.terminal import listing
 from rig.config import read_yaml, structure, unstructure
 from rig.errors import ConfigError, RigError, beside
@@ -92,7 +92,7 @@ def guided_angle(rig: RigConfig, options: CalibrationOptions, typed: Typed) -> N
         "ends."
     )
     device = compose.make_device(rig, MonotonicClock())
-    with wires.held(compose.wires_of(rig)), _ticker(device, rig) as ticker:
+    with wire_locks.held(compose.wires_of(rig)), _ticker(device, rig) as ticker:
         while (angle_deg := _ask(f"angle {len(points) + 1} [deg]")) is not None:
             found = ticker.collect(COLLECT_S)
             wiper, noise = mean(found, "angle_raw")
@@ -115,7 +115,7 @@ def guided_pressures(rig: RigConfig, levels: Sequence[float], options: Calibrati
     points go into `typed`."""
     nominal = dataclasses.replace(rig, calibration={})
     device = compose.make_device(nominal, MonotonicClock())
-    with wires.held(compose.wires_of(rig)), _ticker(device, rig, overseen(nominal)) as ticker:
+    with wire_locks.held(compose.wires_of(rig)), _ticker(device, rig, supervised(nominal)) as ticker:
         check_last_resort(rig, ticker.facts, options.force)
         for level in levels:
             ticker.go_to(level, level, settle_s=options.settle_s)
@@ -225,7 +225,7 @@ def table(result: Mapping[str, Any]) -> Table:
     return shown
 
 
-def _ticker(device: Device, rig: RigConfig, above: Overseen | None = None) -> DeviceTicker:
+def _ticker(device: Device, rig: RigConfig, above: SupervisedCommand | None = None) -> DeviceTicker:
     return DeviceTicker(device, rig.period_ns, (rig.safe.p1_mpa, rig.safe.p2_mpa), above)
 
 

@@ -7,9 +7,9 @@ from typing import Any, Final
 
 from rich.table import Table
 
-from rig.app import compose, inventory, wires
+from rig.app import compose, inventory, wire_locks
 from rig.app.devices.bringup import DeviceTicker, DeviceTiming, StepResult, let_go, step_valves, time_reads
-from rig.app.overseen import check_last_resort, overseen
+from rig.app.supervised_command import check_last_resort, supervised
 from rig.app.terminal import listing
 from rig.errors import CheckFailed, DeviceError, RigError
 from rig.realtime.clock import MonotonicClock
@@ -135,7 +135,10 @@ def stepped(rig: RigConfig, found: Probe, step_mpa: float, settle_s: float, *, f
     device = compose.make_device(rig, MonotonicClock())
     safe = rig.safe.p1_mpa, rig.safe.p2_mpa
     try:
-        with wires.held(compose.wires_of(rig)), DeviceTicker(device, rig.period_ns, safe, overseen(rig)) as ticker:
+        with (
+            wire_locks.held(compose.wires_of(rig)),
+            DeviceTicker(device, rig.period_ns, safe, supervised(rig)) as ticker,
+        ):
             check_last_resort(rig, ticker.facts, force)
             results = step_valves(ticker, safe, step_mpa, settle_s)
     except DeviceError as error:

@@ -1,4 +1,4 @@
-"""A hunt's folder: every sweep it ran, its records, what was thought after each; so that it goes on after a kill."""
+"""A hunt's folder: every sweep it ran, its records, what was found after each; so that it goes on after a kill."""
 
 import json
 import os
@@ -11,7 +11,7 @@ from typing import Any
 from rig.config import finite, read_text
 from rig.errors import ConfigError
 from rig.outputs import OutputKind, file_name, make_folder, write_text
-from rig.service.connections.places import lock_folder
+from rig.service.connections.socket_access import lock_folder
 
 FILE = "hunt.json"
 VERSION = 1

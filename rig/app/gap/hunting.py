@@ -81,8 +81,8 @@ class HuntOptions:
 
 
 @dataclass(frozen=True)
-class Thought:
-    """What is thought after a step."""
+class HuntFinding:
+    """What is known after a step."""
 
     diagnosis: Diagnosis
     grounds: Grounds
@@ -112,13 +112,13 @@ class Hunted:
     """What came of it."""
 
     hunt: Hunt
-    thought: Thought | None
+    finding: HuntFinding | None
 
     def to_json(self) -> dict[str, object]:
         """The JSON of the command."""
         return {
             "steps": [step.to_json() for step in self.hunt.steps],
-            "diagnosis": None if self.thought is None else self.thought.diagnosis.to_json(),
+            "diagnosis": None if self.finding is None else self.finding.diagnosis.to_json(),
             "minutes": self.hunt.minutes,
             "ended": self.hunt.ended,
             "folder": str(self.hunt.folder),
@@ -128,44 +128,44 @@ class Hunted:
 def hunt(
     options: HuntOptions,
     allowed: Callable[[HuntStep], bool] = lambda step: True,
-    report: Callable[[HuntStep, Thought], None] = lambda step, thought: None,
+    report: Callable[[HuntStep, HuntFinding], None] = lambda step, finding: None,
 ) -> Hunted:
-    """Hunt until it is known; `allowed` is asked before anything moves, `report` hears of every step that is thought
+    """Hunt until it is known; `allowed` is asked before anything moves, `report` hears of every step that is diagnosed
     through. What is known stays in the folder, also when the rig faults (CheckFailed) or somebody interrupts.
     EnvelopeError before anything is planned when the first session would leave the rig's limits, ConfigError when it
     takes longer than the hunt may."""
     model = load_model(shipped.find_config(options.model, "models"))
     choose(options.reference, model, len(options.days))
     so_far = open_hunt(options.folder, options.asked)
-    thought: Thought | None = None
+    finding: HuntFinding | None = None
     if not so_far.steps:
         so_far = _first(so_far, options)
     elif len(so_far.steps) > 1 and not so_far.steps[-1].done:
-        thought = think(options, model, so_far)
-        report(so_far.steps[-2], thought)
+        finding = diagnose_so_far(options, model, so_far)
+        report(so_far.steps[-2], finding)
     so_far = replace(so_far, ended="")
     while True:
         if not so_far.steps[-1].done:
             if why := _barred(options, so_far, allowed):
-                return _ended(so_far, thought, why)
+                return _ended(so_far, finding, why)
             so_far = _recorded(so_far, options)
         with progress(f"diagnosing after step {len(so_far.steps)}"):
-            thought = think(options, model, so_far)
-        so_far = so_far.with_last(replace(so_far.steps[-1], set=thought.names))
-        report(so_far.steps[-1], thought)  # before its file: it is said where that cannot be written
+            finding = diagnose_so_far(options, model, so_far)
+        so_far = so_far.with_last(replace(so_far.steps[-1], set=finding.names))
+        report(so_far.steps[-1], finding)  # before its file: it is said where that cannot be written
         so_far.save()
-        if thought.settled:
-            return _ended(so_far, thought, thought.settled)
+        if finding.settled:
+            return _ended(so_far, finding, finding.settled)
         left_s = 60.0 * (options.minutes - so_far.minutes)
         with progress("planning what tells more"):
-            planned = _next(options, thought, left_s)
-            more = planned or _next(options, thought, 3600.0)
+            planned = _next(options, finding, left_s)
+            more = planned or _next(options, finding, 3600.0)
         if planned is None:
-            return _ended(so_far, thought, NOTHING if more is None else TIME)
+            return _ended(so_far, finding, NOTHING if more is None else TIME)
         so_far = _with_step(so_far, planned, options.rig.channels)
 
 
-def think(options: HuntOptions, model: Model, so_far: Hunt) -> Thought:
+def diagnose_so_far(options: HuntOptions, model: Model, so_far: Hunt) -> HuntFinding:
     """The diagnosis of all records so far."""
     first, *later = [read(so_far.folder / step.records) for step in so_far.steps if step.done]
     kind = choose(options.reference, model, len(options.days))
@@ -180,12 +180,12 @@ def think(options: HuntOptions, model: Model, so_far: Hunt) -> Thought:
     )
     assert isinstance(grounds, Grounds)
     why = because(options.reference, grounds.expected.kind, model, len(options.days))
-    return Thought(replace(diagnosis, reference_because=why), grounds)
+    return HuntFinding(replace(diagnosis, reference_because=why), grounds)
 
 
-def _next(options: HuntOptions, thought: Thought, seconds: float) -> Experiment | None:
+def _next(options: HuntOptions, finding: HuntFinding, seconds: float) -> Experiment | None:
     """The records that tell most of what is still possible, inside the rig's limits."""
-    known, room = thought.grounds, room_of(options.rig.path)
+    known, room = finding.grounds, room_of(options.rig.path)
     return what_next(known.expected, known.posteriors, room, seconds, simulator=known.simulator)
 
 
@@ -287,10 +287,10 @@ def _by_daemon(daemon: Client, so_far: Hunt, options: HuntOptions, folder: str) 
     return so_far
 
 
-def _ended(so_far: Hunt, thought: Thought | None, how: str) -> Hunted:
+def _ended(so_far: Hunt, finding: HuntFinding | None, how: str) -> Hunted:
     so_far = replace(so_far, ended=how)
     so_far.save()
-    return Hunted(so_far, thought)
+    return Hunted(so_far, finding)
 
 
 def hunt_and_tell(
@@ -312,14 +312,14 @@ def _told(
     report: Callable[[HuntStep], None],
     tell: Callable[[Hunted], None],
 ) -> Hunted:
-    learnt: list[Thought] = []
+    learnt: list[HuntFinding] = []
 
-    def thought_through(step: HuntStep, thought: Thought) -> None:
-        learnt.append(thought)
+    def keep(step: HuntStep, finding: HuntFinding) -> None:
+        learnt.append(finding)
         report(step)
 
     try:
-        found = hunt(options, allowed, thought_through)
+        found = hunt(options, allowed, keep)
     except (RigError, OSError, Interrupted, KeyboardInterrupt) as error:
         _tell_cut(options, learnt, error, tell)
         raise
@@ -329,7 +329,7 @@ def _told(
 
 
 def _tell_cut(
-    options: HuntOptions, learnt: Sequence[Thought], error: BaseException, tell: Callable[[Hunted], None]
+    options: HuntOptions, learnt: Sequence[HuntFinding], error: BaseException, tell: Callable[[Hunted], None]
 ) -> None:
     """Say what a hunt that was cut short has learnt, where it had begun, also when its folder is gone; a page that
     cannot be written either is not what it ended by."""
@@ -345,12 +345,12 @@ def _tell_cut(
 
 def _write_pages(options: HuntOptions, found: Hunted) -> None:
     """hunt.html, the story, and report.html, the last diagnosis."""
-    folder, thought = options.folder, found.thought
+    folder, finding = options.folder, found.finding
     if not folder.is_dir():
         return
-    if thought is not None:
+    if finding is not None:
         model = load_model(shipped.find_config(options.model, "models"))
-        write_page(folder / "report.html", thought.diagnosis, thought.grounds, model, {"Rig": options.rig.name})
+        write_page(folder / "report.html", finding.diagnosis, finding.grounds, model, {"Rig": options.rig.name})
     steps = [
         ToldStep(step.sweep, step.why, f"{step.minutes:.1f}", step.set if step.done else ())
         for step in found.hunt.steps
@@ -361,6 +361,6 @@ def _write_pages(options: HuntOptions, found: Hunted) -> None:
         steps,
         found.hunt.minutes,
         found.hunt.ended,
-        None if thought is None else thought.diagnosis,
-        "report.html" if thought is not None else "",
+        None if finding is None else finding.diagnosis,
+        "report.html" if finding is not None else "",
     )

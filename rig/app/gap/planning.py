@@ -38,7 +38,7 @@ FAMILY_UNITS = 2
 
 
 @dataclass(frozen=True)
-class Able:
+class SweepCapabilities:
     """What sweeps would tell on a rig, by their names, and whose units are told."""
 
     sweeps: dict[str, Capability]
@@ -49,7 +49,7 @@ class Able:
     """Records that a diagnosis would leave out, and why."""
 
 
-def capability_of(asked: Asked, sweeps: Sequence[Path]) -> Able:
+def capability_of(asked: Asked, sweeps: Sequence[Path]) -> SweepCapabilities:
     """What each sweep would tell on the rig; EnvelopeError when the rig's YAML forbids one, ConfigError for one that
     closes the loop, RecordError for one of which a diagnosis would use no record."""
     described, settings = described_by_call(asked), fitted()
@@ -62,7 +62,7 @@ def capability_of(asked: Asked, sweeps: Sequence[Path]) -> Able:
         plans = _usable(described, expand(sweep, described.rig.grid_ns), notes)
         made = capability(rehearse(described.rig, plans), described.effects, settings)
         found[sweep.name] = replace(made, abilities=(*made.abilities, *_raw(asked, described, commands)))
-    return Able(found, described.channels, described.rig.kind, tuple(notes))
+    return SweepCapabilities(found, described.channels, described.rig.kind, tuple(notes))
 
 
 def _usable(described: DescribedRig, plans: Sequence[RunPlan], notes: list[str]) -> list[RunPlan]:
@@ -207,7 +207,7 @@ def resting(sweep: Sweep) -> list[Entry]:
     return [replace(entry, p0_mpa=(p0,)) for entry in sweep.entries for p0 in entry.p0_mpa or sweep.p0_mpa]
 
 
-def report_capability(found: Able) -> dict[str, Any]:
+def report_capability(found: SweepCapabilities) -> dict[str, Any]:
     """The JSON of the command: the first sweep's abilities, and those of all of them by name."""
     plain = {name: _plain(one, found.channels) for name, one in found.sweeps.items()}
     first = next(iter(plain))

@@ -9,7 +9,7 @@ from rig.errors import CheckFailed, Interrupted, beside
 from rig.own_units import own_plain
 from rig.realtime.faults import Fault
 from rig.realtime.safe_state import SafeReport
-from rig.service.records.orders import RunResult
+from rig.service.records.recorder_messages import RunResult
 
 
 @dataclass

@@ -244,9 +244,9 @@ def _rig_of(job: ReplayJob, recording: Recording) -> AbstractContextManager[RigC
     """The rig, or one that answers this recording as the simulator says."""
     if job.simulator is None:
         return nullcontext(job.rig)
-    from rig.app.stand_ins.answered import answered
+    from rig.app.stand_ins.precomputed import precomputed
 
-    return answered(job.rig, job.simulator, recording.program)
+    return precomputed(job.rig, job.simulator, recording.program)
 
 
 def _compared(recording: Recording, outcome: RunOutcome, target: Path, options: ReplayOptions) -> Replayed:

@@ -13,9 +13,9 @@ from pathlib import Path
 from typing import Any
 
 from rig.app import compose
-from rig.app.overseen import check_last_resort
 from rig.app.runs.outcome import RunOutcome
 from rig.app.supervise import watching
+from rig.app.supervised_command import check_last_resort
 from rig.app.terminal import console, progress
 from rig.channels import Channels
 from rig.errors import RigError
@@ -25,7 +25,7 @@ from rig.realtime import measures
 from rig.realtime.faults import Fault, explain
 from rig.realtime.program import Program
 from rig.rig_config import RigConfig, apart
-from rig.service.records.orders import RunOrder, message_of
+from rig.service.records.recorder_messages import RunOrder, message_of
 from rig.service.session.run_setup import order_of, session_facts
 from rig.service.session.session import Session, ending_signals, is_warning, own_signals, spoken
 

@@ -36,7 +36,7 @@ def history(
     cause appeared, and how it grows."""
     from rig.app.gap.baselines import check_apart, compared_with
     from rig.app.gap.diagnosing import DiagnosisOptions, cases_of
-    from rig.app.gap.past import draw_history, history_report, past_days
+    from rig.app.gap.history import draw_history, history_days, history_report
     from rig.gap.history import look_back
     from rig.gap.history_words import told
     from rig.own_units import speaker
@@ -50,7 +50,7 @@ def history(
         reference=reference,
         command=as_called(),
     )
-    days, campaign = past_days(options, cases_of((folder,)), workers)
+    days, campaign = history_days(options, cases_of((folder,)), workers)
     found = look_back(days)
     out, say = console(json_to), speaker(found.channels)
     for line in compared_with(baselines, model, every=every_day):

@@ -143,8 +143,8 @@ def _show(found: "Hunted", json_to: str | None) -> None:
     from rig.own_units import own_text
 
     out, so_far = console(json_to), found.hunt
-    if found.thought is not None:
-        diagnosis = found.thought.diagnosis
+    if found.finding is not None:
+        diagnosis = found.finding.diagnosis
         for line in headline(diagnosis):
             out.print(own_text(line, diagnosis.channels))
     out.print(f"ended: {so_far.ended}; {so_far.minutes:.1f} min on the rig; {so_far.folder / 'hunt.html'}")

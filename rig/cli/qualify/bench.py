@@ -28,7 +28,7 @@ from rig.qualify.benchmarks.catalog import BENCHMARKS, run_benchmark
 @json_option
 def bench(names: tuple[str, ...], against: Path | None, add: bool, rounds: int | None, json_to: str | None) -> None:
     """Run the benchmarks NAMES, or all. Quote the ratios: absolute times are this machine's."""
-    from rig.qualify.figures.against import compared, earlier
+    from rig.qualify.figures.comparison import compared, earlier
 
     chosen = names or tuple(BENCHMARKS)
     before = earlier(against) if against else None
@@ -50,7 +50,7 @@ def bench(names: tuple[str, ...], against: Path | None, add: bool, rounds: int |
 
 def _kept(add: bool, chosen: Sequence[str], json_to: str | None) -> dict[str, Any]:
     """What an earlier run of the same machine has measured of other benchmarks, where that is to be kept."""
-    from rig.qualify.figures.against import joined
+    from rig.qualify.figures.comparison import joined
     from rig.qualify.figures.machine import machine
 
     if not add:

@@ -54,7 +54,7 @@ def run(
     """
     from rig.app import compose, inventory
     from rig.app.runs.sweeping import SweepOptions, run_sweep
-    from rig.cli.runs.shown import summary
+    from rig.cli.runs.run_table import summary
     from rig.tags import check_note, parse_tags, tagged
 
     rig = compose.load(rig_path)

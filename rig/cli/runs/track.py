@@ -71,7 +71,7 @@ def track(
     from rig.app import compose, inventory
     from rig.app.runs import runner, tracking
     from rig.app.terminal import progress
-    from rig.cli.runs.shown import summary
+    from rig.cli.runs.run_table import summary
 
     rig = compose.load(rig_path)
     if clock == "virtual":

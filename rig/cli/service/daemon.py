@@ -79,7 +79,7 @@ def daemon(
 
     from rig.app import compose
     from rig.app.supervise import parts_of
-    from rig.service.connections.places import keep_others_out
+    from rig.service.connections.socket_access import keep_others_out
     from rig.service.daemon import Daemon
     from rig.service.settings import load_settings
     from rig.service.views import live, metrics
@@ -183,7 +183,7 @@ def _client_command(name: str) -> Callable[[Callable[..., None]], click.Command]
 @json_option
 def status(client: Any, json_to: str | None) -> None:
     """What the daemon is doing."""
-    from rig.cli.service.picture import status_lines
+    from rig.cli.service.status_lines import status_lines
 
     now = client.status()
     if json_to is None:
@@ -196,7 +196,7 @@ def arm(client: Any) -> None:
     """Let the daemon command the rig; nothing moves yet."""
     import os
 
-    from rig.service.connections.places import user_name
+    from rig.service.connections.socket_access import user_name
 
     for line in client.arm(by=f"{user_name(os.getuid())}, by pamrig arm"):
         console("-").print(line, style="yellow")

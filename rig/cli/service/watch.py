@@ -65,7 +65,7 @@ def picture(status: dict[str, Any], window: Window, size: tuple[int, int], note:
     from rich.console import Group
     from rich.text import Text
 
-    from rig.cli.service.picture import status_lines
+    from rig.cli.service.status_lines import status_lines
 
     width, height = size
     lines = [
@@ -150,7 +150,7 @@ def keys() -> Iterator[Any]:
 def watch(rate_hz: float, socket: Path | None) -> None:
     """Watch the daemon: state, fault and hint, pressures, angle, lateness. In a pipe: one picture of now."""
     from rig.app.terminal import console
-    from rig.cli.service.picture import status_lines
+    from rig.cli.service.status_lines import status_lines
     from rig.service.client import Client
 
     terminal = console()

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from rig.identify.search.objective import Objective
-from rig.identify.search.optimizers import Inverted, Optimizer, Table
+from rig.identify.search.optimizers import Optimizer, Table, ThreadedOptimizer
 
 Progress = Callable[[int, float], None]
 """Called with the evaluations so far and the best score so far."""
@@ -44,7 +44,7 @@ def search(objective: Objective, optimizer: Optimizer, budget: Budget, report: P
     marked, marked_round, early = np.inf, 0, False
     while not optimizer.done and spent < budget.evaluations and not early:
         points = optimizer.ask()
-        residuals = isinstance(optimizer, Inverted) and optimizer.wants_residuals
+        residuals = isinstance(optimizer, ThreadedOptimizer) and optimizer.wants_residuals
         optimizer.tell(objective.residuals(points) if residuals else objective.scores(points))
         spent += len(points)
         history.append((spent, optimizer.best_score))
@@ -53,6 +53,6 @@ def search(objective: Objective, optimizer: Optimizer, budget: Budget, report: P
         early = budget.patience is not None and len(history) - marked_round >= budget.patience
         if report is not None:
             report(spent, optimizer.best_score)
-    if isinstance(optimizer, Inverted):
+    if isinstance(optimizer, ThreadedOptimizer):
         optimizer.close()
     return Found(optimizer.best.copy(), optimizer.best_score, spent, time.perf_counter() - begun, history, early)

@@ -95,7 +95,7 @@ class _Stopped(Exception):
 Ask = Callable[[Table], Table]
 
 
-class Inverted(_Best):
+class ThreadedOptimizer(_Best):
     """A library that calls its objective, turned into ask and tell: it runs in a thread that waits for each answer."""
 
     def __init__(self, dimension: int, library: Callable[[Ask], object], wants_residuals: bool = False) -> None:
@@ -151,7 +151,7 @@ class Inverted(_Best):
         self._asked = self.best[np.newaxis] if points is None else points
 
 
-def differential_evolution(dimension: int, seed: int, population: int = 64) -> Inverted:
+def differential_evolution(dimension: int, seed: int, population: int = 64) -> ThreadedOptimizer:
     """scipy's differential evolution (best1bin), a generation at an ask; it ends when its population has converged."""
 
     def library(answer: Ask) -> object:
@@ -168,10 +168,10 @@ def differential_evolution(dimension: int, seed: int, population: int = 64) -> I
             updating="deferred",
         )
 
-    return Inverted(dimension, library)
+    return ThreadedOptimizer(dimension, library)
 
 
-def polish(start: Table, most_rounds: int = 60) -> Inverted:
+def polish(start: Table, most_rounds: int = 60) -> ThreadedOptimizer:
     """scipy's bounded least squares (trust region) from `start`; each Jacobian is one ask of 2 d points."""
 
     def library(answer: Ask) -> object:
@@ -187,7 +187,7 @@ def polish(start: Table, most_rounds: int = 60) -> Inverted:
             max_nfev=most_rounds,
         )
 
-    return Inverted(len(start), library, wants_residuals=True)
+    return ThreadedOptimizer(len(start), library, wants_residuals=True)
 
 
 def make_optimizer(name: str, dimension: int, seed: int, settings: SwarmSettings) -> Optimizer:

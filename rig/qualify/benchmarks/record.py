@@ -13,7 +13,7 @@ from rig.excite.experiment import RunPlan, expand, load_sweep
 from rig.qualify.benchmarks import figure
 from rig.qualify.benchmarks.record_limits import alone, peers_of
 from rig.rig_config import RigConfig
-from rig.service.records.orders import RunOrder, RunResult
+from rig.service.records.recorder_messages import RunOrder, RunResult
 from rig.service.session.run_setup import program_of
 from rig.service.session.session import Session
 

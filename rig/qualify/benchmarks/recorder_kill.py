@@ -19,8 +19,8 @@ from rig.log.reader import read_samples
 from rig.log.recover import recover
 from rig.realtime.ring import Ring, RingWriter
 from rig.sample import Phase, Sample
-from rig.service.records.orders import RunOrder
 from rig.service.records.recorder import record
+from rig.service.records.recorder_messages import RunOrder
 
 PERIOD_NS = 5_000_000
 _READY_S = 120.0

@@ -17,11 +17,11 @@ from typing import Any, Final
 
 from rig.errors import RigError
 from rig.qualify.faults.bench import FaultBench, Spoilt
-from rig.qualify.faults.held import (
+from rig.qualify.faults.command_benches import (
+    CalibrationBench,
     CalibrationOverModbus,
     CalibrationOverSerial,
-    HeldCalibration,
-    HeldProbe,
+    ProbeBench,
     ProbeOverModbus,
     ReplayBench,
     RunBench,
@@ -39,9 +39,9 @@ from rig.qualify.faults.wired import (
 _SIGNALS: Final = (signal.SIGKILL, signal.SIGSTOP)
 _APART_S: Final = 0.5
 _AT_ONCE: Final = 0.3
-"""Share of the blows that come together with the one before."""
+"""Share of the signals that come together with the one before."""
 _MOMENT_S: Final = 1.0
-"""The first blow falls anywhere within this much of a sweep."""
+"""The first is sent anywhere within this much of a sweep."""
 _AFTERMATH_S: Final = 0.3
 _SAID_S: Final = 4.0
 _ENDED_S: Final = 15.0
@@ -50,7 +50,7 @@ _LONG_WATCHDOG_S: Final = 60.0
 
 
 @dataclass(frozen=True)
-class Blow:
+class ProcessSignal:
     """One signal to one process, so long after the one before."""
 
     process: str
@@ -65,15 +65,15 @@ class Blow:
 class Trial:
     """What one trial showed; `problem` is empty when the rig was safe, stayed so, and nobody said otherwise."""
 
-    blows: tuple[Blow, ...]
+    signals: tuple[ProcessSignal, ...]
     ms: float | None = None
-    """From the first blow until the safe set-points stood at the valves."""
+    """From the first signal until the safe set-points stood at the valves."""
     words: str = ""
     """What the status said of the safe state; empty when nobody was left to ask."""
     problem: str = ""
 
     def __str__(self) -> str:
-        return ", ".join(map(str, self.blows))
+        return ", ".join(map(str, self.signals))
 
 
 BENCHES: Final[dict[str, Callable[[Path], FaultBench]]] = {
@@ -88,10 +88,10 @@ BENCHES: Final[dict[str, Callable[[Path], FaultBench]]] = {
     "run-modbus": RunOverModbus,
     "run-serial": RunOverSerial,
     "replay": ReplayBench,
-    "calibrate": HeldCalibration,
+    "calibrate": CalibrationBench,
     "calibrate-modbus": CalibrationOverModbus,
     "calibrate-serial": CalibrationOverSerial,
-    "probe": HeldProbe,
+    "probe": ProbeBench,
     "probe-modbus": ProbeOverModbus,
 }
 """What the trials can be made on; over Modbus with the module's watchdog as it is by default, and with one that is of
@@ -100,63 +100,63 @@ no help."""
 
 def draw(
     chance: random.Random, struck: Sequence[str] = FaultBench.struck, sizes: Sequence[int] = (2, 3)
-) -> tuple[Blow, ...]:
+) -> tuple[ProcessSignal, ...]:
     """Two or three different processes of `struck`, killed or stopped, in any order, 0 to 500 ms apart."""
     drawn = chance.sample(struck, chance.choice(sizes))
     gaps = [0.0, *(0.0 if chance.random() < _AT_ONCE else chance.uniform(0.0, _APART_S) for _ in drawn[1:])]
-    return tuple(Blow(name, chance.choice(_SIGNALS), gap) for name, gap in zip(drawn, gaps, strict=True))
+    return tuple(ProcessSignal(name, chance.choice(_SIGNALS), gap) for name, gap in zip(drawn, gaps, strict=True))
 
 
 def trials(bench: FaultBench, count: int, seed: int) -> Iterator[Trial]:
-    """`count` trials; the same seed draws the same blows."""
+    """`count` trials; the same seed draws the same signals."""
     chance = random.Random(f"losses {seed}")
     for _ in range(count):
         yield try_losses(bench, draw(chance, bench.struck, bench.at_once), chance.uniform(0.0, _MOMENT_S))
 
 
-def try_losses(bench: FaultBench, blows: tuple[Blow, ...], moment_s: float = 0.0) -> Trial:
+def try_losses(bench: FaultBench, signals: tuple[ProcessSignal, ...], moment_s: float = 0.0) -> Trial:
     """Strike in the middle of a sweep and see; again when the machine stopped the rig just before."""
-    trial = Trial(blows, problem="not tried")
+    trial = Trial(signals, problem="not tried")
     for _ in range(_TRIES):
         try:
             bench.ready()
             time.sleep(moment_s)
-            trial = _carry_out(bench, blows)
+            trial = _carry_out(bench, signals)
         except Spoilt as error:
-            trial = Trial(blows, problem=f"spoilt: {error}")
+            trial = Trial(signals, problem=f"spoilt: {error}")
             continue
         except RigError as error:
-            trial = Trial(blows, problem=str(error))
+            trial = Trial(signals, problem=str(error))
         finally:
             bench.revive()
         break
     return trial
 
 
-def _carry_out(bench: FaultBench, blows: tuple[Blow, ...]) -> Trial:
+def _carry_out(bench: FaultBench, signals: tuple[ProcessSignal, ...]) -> Trial:
     pids = bench.pids()
-    if missing := {blow.process for blow in blows} - set(pids):
+    if missing := {one.process for one in signals} - set(pids):
         raise Spoilt(f"not there: {', '.join(missing)}")
-    first_ns = _strike(blows, pids)
+    first_ns = _send(signals, pids)
     ms = bench.ms_to_safe(first_ns)
     for pid in pids.values():  # who was stopped goes on: nothing old may be written now
         with contextlib.suppress(ProcessLookupError):
             os.kill(pid, signal.SIGCONT)
     _stays_safe(bench)
-    killed = {blow.process for blow in blows if blow.number is signal.SIGKILL}
+    killed = {one.process for one in signals if one.number is signal.SIGKILL}
     if "control" in killed:
         _all_end(pids)
-        return Trial(blows, ms)
-    return Trial(blows, ms, bench.said_of_safe(_SAID_S))
+        return Trial(signals, ms)
+    return Trial(signals, ms, bench.said_of_safe(_SAID_S))
 
 
-def _strike(blows: tuple[Blow, ...], pids: dict[str, int]) -> int:
+def _send(signals: tuple[ProcessSignal, ...], pids: dict[str, int]) -> int:
     first_ns = 0
-    for blow in blows:
-        time.sleep(blow.after_s)
+    for one in signals:
+        time.sleep(one.after_s)
         first_ns = first_ns or time.monotonic_ns()
-        with contextlib.suppress(ProcessLookupError):  # ended meanwhile because of an earlier blow
-            os.kill(pids[blow.process], blow.number)
+        with contextlib.suppress(ProcessLookupError):  # ended meanwhile because of an earlier signal
+            os.kill(pids[one.process], one.number)
     return first_ns
 
 

@@ -19,9 +19,9 @@ from pathlib import Path
 from typing import Any, Final, NamedTuple
 
 from rig.errors import ConfigError, StateError
-from rig.service.connections import places, protocol
+from rig.service.connections import protocol, socket_access
 from rig.service.connections.connection import Connection
-from rig.service.connections.listener import BACKLOG, Listener, Ration
+from rig.service.connections.listener import BACKLOG, DutyCycleLimit, Listener
 from rig.service.connections.protocol import ClientRequest, Refused
 
 MAX_CLIENTS: Final = 64
@@ -61,7 +61,7 @@ class Server:
         """`estop` begins an emergency stop without waiting; `handle` then sees it through and answers."""
         self._handle, self._snapshot, self._estop = handle, snapshot, estop
         self._listeners: list[Listener] = []
-        self._ration = Ration()
+        self._duty_cycle = DutyCycleLimit()
         self._lock: int | None = None
         self._local: set[Connection] = set()
         self._viewers: set[Connection] = set()
@@ -84,17 +84,17 @@ class Server:
         self._group = group
         _make_folder(path)
         lock = path.with_name(path.name + ".lock")
-        self._lock = places.take_lock(lock, f"{path}: another daemon is running; see `pamrig status`")
+        self._lock = socket_access.take_lock(lock, f"{path}: another daemon is running; see `pamrig status`")
         self._open(path)
 
     def _open(self, path: Path) -> None:
         try:
-            places.make_way(path)
+            socket_access.remove_stale_socket(path)
             listening = _unix_socket(path)
             made = os.lstat(path)
         except OSError as error:  # its folder cannot be looked at at present, or no descriptor is left
             raise StateError(f"{path}: cannot be made: {error.strerror}") from None
-        fresh = Listener(listening, self._serve_local, self._ration, self._stopped_at_once)
+        fresh = Listener(listening, self._serve_local, self._duty_cycle, self._stopped_at_once)
         self._listeners.append(fresh)
         if self._bound is not None:
             self._bound.listener.retire()
@@ -123,7 +123,7 @@ class Server:
             listening = socket.create_server(address[:2], family=family, backlog=BACKLOG)
         except OSError as error:
             raise StateError(f"{host}:{port}: cannot listen there: {error.strerror}") from None
-        self._listeners.append(Listener(listening, self._serve_viewer, self._ration, lambda *_: False))
+        self._listeners.append(Listener(listening, self._serve_viewer, self._duty_cycle, lambda *_: False))
         return int(listening.getsockname()[1])
 
     async def close(self) -> None:
@@ -147,14 +147,14 @@ class Server:
         line, whole, _ = said.partition(b"\n")
         with contextlib.suppress(Refused):
             if whole and protocol.may_be_an_estop(line) and protocol.parse(protocol.decode(line)).command == "estop":
-                if places.may_command(client, self._group):
+                if socket_access.may_command(client, self._group):
                     self._estop()
                 return True
         return False
 
     async def _serve_local(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         async with self._connected(reader, writer, viewer=False) as connection:
-            if not places.may_command(writer.get_extra_info("socket"), self._group):
+            if not socket_access.may_command(writer.get_extra_info("socket"), self._group):
                 connection.refuse(
                     f"only the daemon's own user, {os.getuid()}, and root may command it; see `group` in its settings"
                 )
@@ -215,7 +215,7 @@ class Server:
 
     def turn(self) -> contextlib.AbstractAsyncContextManager[None]:
         """Wait for one's turn: for everything that takes time and is no emergency stop."""
-        return self._ration.turn()
+        return self._duty_cycle.turn()
 
     async def handle(self, request: ClientRequest) -> Any:
         """Carry out."""
@@ -228,10 +228,10 @@ class Server:
 
 def _make_folder(path: Path) -> None:
     """Of the socket at `path`; StateError when it may not be trusted, or cannot be made."""
-    places.check_folder(path.parent, make=True)
+    socket_access.check_folder(path.parent, make=True)
     try:
-        path.parent.mkdir(places.OWN_MODE, parents=True, exist_ok=True)
-        places.keep_others_from(path.parent, "the daemon's socket", among_others=True)
+        path.parent.mkdir(socket_access.OWN_MODE, parents=True, exist_ok=True)
+        socket_access.keep_others_from(path.parent, "the daemon's socket", among_others=True)
     except OSError as error:
         raise StateError(f"{path}: cannot be made: {error.strerror}") from None
 

@@ -29,7 +29,7 @@ ComesFirst = Callable[[socket.socket, bytes], bool]
 Serve = Callable[[asyncio.StreamReader, asyncio.StreamWriter], Awaitable[None]]
 
 
-class Ration:
+class DutyCycleLimit:
     """One thing at a time, and after each a pause of _SHARE times as long as it took: a third of the event loop at
     most."""
 
@@ -51,8 +51,10 @@ class Ration:
 class Listener:
     """One listening socket; `serve` is called with the streams of each client that is let in."""
 
-    def __init__(self, listening: socket.socket, serve: Serve, ration: Ration, comes_first: ComesFirst) -> None:
-        self._listening, self._serve, self._ration, self._comes_first = listening, serve, ration, comes_first
+    def __init__(
+        self, listening: socket.socket, serve: Serve, duty_cycle: DutyCycleLimit, comes_first: ComesFirst
+    ) -> None:
+        self._listening, self._serve, self._duty_cycle, self._comes_first = listening, serve, duty_cycle, comes_first
         self._loop = asyncio.get_running_loop()
         self._waiting: deque[socket.socket] = deque()
         self._came = asyncio.Event()
@@ -141,7 +143,7 @@ class Listener:
             await self._came.wait()
             self._came.clear()
             while self._waiting:
-                async with self._ration.turn():
+                async with self._duty_cycle.turn():
                     if self._waiting:
                         await asyncio.shield(self._let_in(self._leave(self._waiting[0])))
 

@@ -45,7 +45,7 @@ class Refused(RigError):
         self.code = code
 
 
-class DoorCommand(NamedTuple):
+class CommandSpec(NamedTuple):
     """One command: what it takes, whether a viewer may send it, and what it does."""
 
     arguments: dict[str, type | tuple[type, ...]]
@@ -53,30 +53,30 @@ class DoorCommand(NamedTuple):
     meaning: str
 
 
-COMMANDS: Final[dict[str, DoorCommand]] = {
-    "status": DoorCommand({}, True, "everything there is to know now, without waiting for the loop"),
-    "subscribe": DoorCommand(
+COMMANDS: Final[dict[str, CommandSpec]] = {
+    "status": CommandSpec({}, True, "everything there is to know now, without waiting for the loop"),
+    "subscribe": CommandSpec(
         {"rate_hz": (int, float), "samples": bool},
         True,
         "a `status` event at `rate_hz` (0.1 to 50), with the samples since the last",
     ),
-    "arm": DoorCommand(
+    "arm": CommandSpec(
         {"by": str},
         False,
         "take the measured pressures as set-points, ready to start; nothing moves. `by` says who arms, for the status",
     ),
-    "mark": DoorCommand({"text": str}, False, "a line into the log of the record that runs"),
-    "start": DoorCommand(
+    "mark": CommandSpec({"text": str}, False, "a line into the log of the record that runs"),
+    "start": CommandSpec(
         {"sweeps": list, "pause_s": (int, float), "before": str},
         False,
         "put sweeps (absolute paths) at the end of the queue and work on it; none: go on. What an interrupted queue "
         "still holds "
         "must be decided on with `before`: `first` does it before them, `leave` leaves it where it is",
     ),
-    "stop": DoorCommand({"after_current": bool}, False, "ramp down and hold the queue; while nothing runs: disarm"),
-    "estop": DoorCommand({}, False, "safe state at once, in any state"),
-    "reset": DoorCommand({}, False, "clear a fault whose cause is gone; does not arm"),
-    "clear": DoorCommand({}, False, "take what waits, was stopped or failed out of the queue"),
+    "stop": CommandSpec({"after_current": bool}, False, "ramp down and hold the queue; while nothing runs: disarm"),
+    "estop": CommandSpec({}, False, "safe state at once, in any state"),
+    "reset": CommandSpec({}, False, "clear a fault whose cause is gone; does not arm"),
+    "clear": CommandSpec({}, False, "take what waits, was stopped or failed out of the queue"),
 }
 """Every command of version 1."""
 

@@ -12,7 +12,7 @@ from typing import Any, Final
 from rig.config import structure
 from rig.errors import ConfigError, RigError
 from rig.fields import bounded
-from rig.service.records.kept_file import keep, put_aside
+from rig.service.records.durable_file import put_aside, write_durably
 
 MOST_OPEN = 200
 """So many sweeps may wait: each stands in every status."""
@@ -163,7 +163,7 @@ class Queue:
         for job in over[: max(len(over) - KEPT_DONE, 0)]:
             self.jobs.remove(job)
         text = json.dumps({"last_id": self._last_id, "jobs": list(self.to_json())}, indent=1)
-        keep(self._path, text, "the queue cannot be saved")
+        write_durably(self._path, text, "the queue cannot be saved")
 
     def to_json(self) -> Iterator[dict[str, Any]]:
         """Every job as plain data."""

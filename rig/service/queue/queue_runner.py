@@ -20,8 +20,8 @@ from rig.service.processes import DISK_PATIENCE_S
 from rig.service.queue.job_queue import Job, JobState, Queue
 from rig.service.queue.planner import Planner, Published, Summary
 from rig.service.records.ledger import Ledger
-from rig.service.records.orders import RunOrder, RunResult
 from rig.service.records.record_names import aside, free, vacated
+from rig.service.records.recorder_messages import RunOrder, RunResult
 from rig.service.session.run_setup import order_of, session_facts
 from rig.service.session.session import Session
 from rig.service.session.session_monitor import SessionMonitor

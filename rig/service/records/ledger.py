@@ -19,7 +19,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from rig.errors import RigError
-from rig.service.records.kept_file import keep, put_aside
+from rig.service.records.durable_file import put_aside, write_durably
 
 _ROUNDED_NS: Final = 2_000_000_000
 """FAT keeps the time of a write to 2 s, and forgets the rest once the file has left the cache."""
@@ -100,7 +100,7 @@ class Ledger:
         with self._writing:
             kept = [entry for path, entry in self._read().items() if path not in set(paths)]
             self._put_aside()
-            keep(self._path, "".join(map(_line, kept)))
+            write_durably(self._path, "".join(map(_line, kept)))
 
     def _append(self, line: str) -> None:
         """The whole line or nothing of it: half a line, on a disk that was full, would make all of it unreadable."""

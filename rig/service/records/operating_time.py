@@ -10,7 +10,7 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
-from rig.service.records.kept_file import keep, put_aside
+from rig.service.records.durable_file import put_aside, write_durably
 
 
 class OperatingTime:
@@ -33,7 +33,7 @@ class OperatingTime:
         if self._broken:
             put_aside(self._path)
             self._broken = False
-        keep(self._path, json.dumps({"operating_s": self.s()}))
+        write_durably(self._path, json.dumps({"operating_s": self.s()}))
 
 
 def _read(path: Path) -> float | None:

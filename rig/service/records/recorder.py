@@ -20,7 +20,7 @@ from rig.realtime.ring import Ring, RingReader
 from rig.realtime.state import State
 from rig.sample import Flag, Phase, Sample, unpack
 from rig.service.processes import name_process
-from rig.service.records.orders import Mark, RecorderTrouble, RunOrder, RunResult, message_of
+from rig.service.records.recorder_messages import Mark, RecorderTrouble, RunOrder, RunResult, message_of
 
 FLUSH_NS = 250_000_000
 """A kill loses at most this much and one poll, well under the second that is promised."""

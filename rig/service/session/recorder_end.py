@@ -9,7 +9,7 @@ from typing import Final
 from rig.realtime.ring import Ring, RingReader
 from rig.sample import unpack
 from rig.service.processes import DISK_PATIENCE_S
-from rig.service.records.orders import RunResult
+from rig.service.records.recorder_messages import RunResult
 
 SAY_EVERY_S: Final = 5.0
 _LOOK_S: Final = 0.02

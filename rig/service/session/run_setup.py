@@ -15,7 +15,7 @@ from rig.excite.setpoints import around
 from rig.realtime.closed_loop import TrackingProgram
 from rig.realtime.program import Program
 from rig.rig_config import RigConfig
-from rig.service.records.orders import RunOrder
+from rig.service.records.recorder_messages import RunOrder
 from rig.service.session.session import Session
 
 

@@ -26,12 +26,12 @@ from rig.realtime.ring import CAPACITY, Ring
 from rig.realtime.safe_state import SafeReport, Writer
 from rig.realtime.shared import KEPT_RING, SharedBlock, sweep_stale
 from rig.service.processes import start_process
-from rig.service.records.orders import Mark, RecorderTrouble, RunOrder, RunResult
+from rig.service.records.recorder_messages import Mark, RecorderTrouble, RunOrder, RunResult
 from rig.service.session.process_watch import PathMaker, ProcessWatch
 from rig.service.session.recorder_end import abandoned, await_end
 from rig.service.session.watchers import WatcherEntry, Watchers, await_ready
 
-LoopEntry = Callable[["LoopOrders", Connection], None]
+LoopEntry = Callable[["LoopSetup", Connection], None]
 END_PATIENCE_S = 5.0
 _END_LOOK_S = 0.02
 _LOG = logging.getLogger("pamrig")
@@ -40,7 +40,7 @@ SETTLE_S = 3.0
 
 
 @dataclass(frozen=True)
-class LoopOrders:
+class LoopSetup:
     """What the loop's process is told when it starts; everything in it can be pickled."""
 
     session: int
@@ -140,11 +140,11 @@ class Session:
             self.publish(program)
         self._start_recorder()
         ours, theirs = self._context.Pipe()
-        orders = LoopOrders(
+        setup = LoopSetup(
             self.id, self.ring.block.path, self.mailbox.block.path, self._rig, self.virtual, self._seed,
             tuple(p.run for p in programs) if scripted else None, self._options,
         )  # fmt: skip
-        self.loop = self._context.Process(target=self._entry, args=(orders, theirs), name="pamrig-loop", daemon=False)
+        self.loop = self._context.Process(target=self._entry, args=(setup, theirs), name="pamrig-loop", daemon=False)
         start_process(self.loop)
         theirs.close()
         self._loop_pipe = ours

@@ -21,7 +21,7 @@ from rig.realtime.shared import KEPT_RING
 from rig.realtime.state import Event, State, after
 from rig.rig_config import RigConfig
 from rig.service.connections.protocol import Code, Refused
-from rig.service.records.orders import RunResult, message_of
+from rig.service.records.recorder_messages import RunResult, message_of
 from rig.service.session.last_resort import last_resort
 from rig.service.session.process_watch import is_final
 from rig.service.session.session import LoopEntry, Session, Watching, spoken

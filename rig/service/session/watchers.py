@@ -28,7 +28,7 @@ _END_PATIENCE_S: Final = 5.0
 
 
 @dataclass(frozen=True)
-class WatcherOrders:
+class WatcherSetup:
     """What a watcher's process is told; everything in it can be pickled."""
 
     writer: Writer
@@ -46,7 +46,7 @@ class WatcherOrders:
     """Say on stderr what was done, for a command whose own process is ended by it."""
 
 
-WatcherEntry = Callable[[WatcherOrders, Connection], None]
+WatcherEntry = Callable[[WatcherSetup, Connection], None]
 
 
 class Watchers:
@@ -71,12 +71,12 @@ class Watchers:
         """Start watching `pid`; `await_ready` must follow."""
         for writer in writers:
             ours, theirs = self._context.Pipe()
-            orders = WatcherOrders(
+            setup = WatcherSetup(
                 writer, self._session, self._ring.block.path, self.block.block.path, pid, self._rig, self._options,
                 patience_ns, speak,
             )  # fmt: skip
             process = self._context.Process(
-                target=entry, args=(orders, theirs), name=f"pamrig-{writer.name.lower()}", daemon=False
+                target=entry, args=(setup, theirs), name=f"pamrig-{writer.name.lower()}", daemon=False
             )
             start_process(process)
             theirs.close()

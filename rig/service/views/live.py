@@ -22,7 +22,7 @@ from rig.log.mcap import schema
 from rig.realtime.faults import explain
 from rig.realtime.ring import Ring, RingReader
 from rig.sample import unpack
-from rig.service.processes import Pauses, is_stopped
+from rig.service.processes import RestartDelays, is_stopped
 from rig.service.session.session import Session
 
 HOST: Final = "127.0.0.1"
@@ -48,7 +48,7 @@ class LiveView:
         self._port = port
         self._process: BaseProcess | None = None
         self._session: Session | None = None
-        self._pauses = Pauses(AGAIN_S, deaths=-1)
+        self._pauses = RestartDelays(AGAIN_S, deaths=-1)
 
     def follow(self, session: Session | None) -> None:
         """Show this session instead of the one before. Blocks, as `close` does, until that one's process has ended."""

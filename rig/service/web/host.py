@@ -20,10 +20,10 @@ from pathlib import Path
 from typing import Any, Final
 
 from rig.errors import StateError
-from rig.service.processes import Pauses, is_stopped, start_process
+from rig.service.processes import RestartDelays, is_stopped, start_process
 from rig.service.session.session_monitor import SessionParts
 from rig.service.settings import DaemonSettings, Web, read_token
-from rig.service.web.orders import BACKLOG, PageOrders
+from rig.service.web.page_setup import BACKLOG, PageSetup
 from rig.service.web.serve import page_process
 
 DEFAULT_PORT: Final = 8420
@@ -81,9 +81,9 @@ def signing_key(folder: Path) -> bytes:
     return key
 
 
-def page_orders(parts: SessionParts, settings: DaemonSettings) -> PageOrders:
+def page_setup(parts: SessionParts, settings: DaemonSettings) -> PageSetup:
     """What the page's process is told."""
-    return PageOrders(
+    return PageSetup(
         socket=settings.socket,
         rig=parts.rig,
         simulated=parts.simulated,
@@ -101,13 +101,13 @@ def page_orders(parts: SessionParts, settings: DaemonSettings) -> PageOrders:
 class Page:
     """Keeps one process that serves and one that waits to take its place. Off: does nothing."""
 
-    def __init__(self, web: Web, orders: PageOrders) -> None:
-        self._web, self._orders = web, orders
+    def __init__(self, web: Web, setup: PageSetup) -> None:
+        self._web, self._setup = web, setup
         self._context = multiprocessing.get_context("spawn")
         self._listening: socket.socket | None = None
         self._serving: _Running | None = None
         self._spare: _Running | None = None
-        self._pauses = Pauses(AGAIN_S)
+        self._pauses = RestartDelays(AGAIN_S)
         self.restarts = 0
 
     def open(self) -> None:
@@ -118,10 +118,10 @@ class Page:
         if missing := missing_packages():
             _LOG.warning("no page: it needs the extra `web` (%s): pip install 'pamrig[web]'", ", ".join(missing))
             return
-        changes: dict[str, Any] = {"key": signing_key(self._orders.state)}
+        changes: dict[str, Any] = {"key": signing_key(self._setup.state)}
         if self._web.token_file is not None and not self._web.local:
             changes["token"] = read_token(self._web.token_file)
-        self._orders = replace(self._orders, **changes)
+        self._setup = replace(self._setup, **changes)
         self._listening = bind(self._web)
         self._serving, self._spare = self._start(), self._start()
         self._let_serve(self._serving)
@@ -196,7 +196,7 @@ class Page:
         ours, theirs = self._context.Pipe()
         process = self._context.Process(
             target=page_process,
-            args=(self._orders, self._listening, theirs, os.getpid()),
+            args=(self._setup, self._listening, theirs, os.getpid()),
             name="pamrig-page",
             daemon=False,  # it has a process of its own for what takes long, and ends when this one is gone
         )

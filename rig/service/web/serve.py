@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from rig.service.processes import name_process
-from rig.service.web.orders import BACKLOG, PageOrders
+from rig.service.web.page_setup import BACKLOG, PageSetup
 
 if TYPE_CHECKING:
     from uvicorn import Server
@@ -27,7 +27,7 @@ _OUT_OF_MEMORY: Final = "800"
 _LOOK_S: Final = 0.5
 
 
-def page_process(orders: PageOrders, listening: socket.socket, pipe: Connection, parent: int) -> None:
+def page_process(setup: PageSetup, listening: socket.socket, pipe: Connection, parent: int) -> None:
     """Entry of the process: load everything, wait until the daemon says that it is its turn, serve."""
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
         signal.signal(number, signal.SIG_IGN)  # they are for the process that commands; without it this one ends
@@ -37,7 +37,7 @@ def page_process(orders: PageOrders, listening: socket.socket, pipe: Connection,
         Path("/proc/self/oom_score_adj").write_text(_OUT_OF_MEMORY, encoding="ascii")
     from rig.service.web.site import Site
 
-    site = Site(orders)
+    site = Site(setup)
     server = _server(site)
     gc.collect()
     gc.freeze()

@@ -15,7 +15,7 @@ from starlette.staticfiles import StaticFiles
 from rig.errors import RigError
 from rig.model.chain import Chain
 from rig.model.parameters import load_model
-from rig.service.connections.places import user_name
+from rig.service.connections.socket_access import user_name
 from rig.service.web.access.command_holder import CommandHolder
 from rig.service.web.access.guard import VisitorGuard
 from rig.service.web.access.peers import may_come, owner_of
@@ -24,7 +24,7 @@ from rig.service.web.files.bringup import BringUp
 from rig.service.web.files.catalogue import Catalogue
 from rig.service.web.files.diagnoses import Diagnoses
 from rig.service.web.files.records import SessionFolders
-from rig.service.web.orders import PageOrders
+from rig.service.web.page_setup import PageSetup
 from rig.service.web.routes.actions import Actions
 from rig.service.web.routes.library import LibraryRoutes
 from rig.service.web.routes.pages import Pages
@@ -52,24 +52,24 @@ class _Static(StaticFiles):
 class Site:
     """One page of one daemon."""
 
-    def __init__(self, orders: PageOrders) -> None:
-        self._orders = orders
-        self._feed = _feed(orders)
-        self._sweeps = Catalogue("sweep", orders.sweeps)
+    def __init__(self, setup: PageSetup) -> None:
+        self._setup = setup
+        self._feed = _feed(setup)
+        self._sweeps = Catalogue("sweep", setup.sweeps)
         self._visitors, self._guesses, self._command_holder = (
-            Visitors(orders.key, orders.token),
+            Visitors(setup.key, setup.token),
             Guesses(),
             CommandHolder(),
         )
-        self._link = DaemonLink(orders.socket, self._hear)
+        self._link = DaemonLink(setup.socket, self._hear)
         self._viewers = Viewers(self._command_holder, self._first, self._link.watched)
         self._glance = lost("not heard of the daemon yet")
         self._glanced_s = 0.0
-        self.app = VisitorGuard(self._routes(), self._visitors, self._guesses, orders.names, local=orders.local)
+        self.app = VisitorGuard(self._routes(), self._visitors, self._guesses, setup.names, local=setup.local)
 
     def admits(self, peer: tuple[Any, ...], here: tuple[Any, ...]) -> str:
         """Why somebody may not connect; empty when he may. On this machine the kernel knows who it is."""
-        if not self._orders.local or may_come(owner_of(peer, here), self._orders.group):
+        if not self._setup.local or may_come(owner_of(peer, here), self._setup.group):
             return ""
         return f"this page is for the daemon's own user {user_name(os.getuid())}, root and the members of its group"
 
@@ -80,7 +80,7 @@ class Site:
         yield
 
     def _routes(self) -> Starlette:
-        units = units_of(self._orders.rig.channels)
+        units = units_of(self._setup.rig.channels)
         pages = Pages(self._visitors, self._guesses, self._look, lambda: self._glance, units)
         actions = Actions(
             self._link,
@@ -90,12 +90,12 @@ class Site:
             self._tell_command_holder,
             self._viewers.tell,
         )
-        records, orders = SessionFolders(self._orders.logs), self._orders
+        records, setup = SessionFolders(self._setup.logs), self._setup
         worker = PageWorker()
-        library = LibraryRoutes(orders.rig, self._sweeps, records, worker)
-        diagnoses = Diagnoses(orders.state / "diagnoses")
-        bringup = BringUp(orders.rig, orders.state / "bringup.json")
-        models = Catalogue("model", orders.models)
+        library = LibraryRoutes(setup.rig, self._sweeps, records, worker)
+        diagnoses = Diagnoses(setup.state / "diagnoses")
+        bringup = BringUp(setup.rig, setup.state / "bringup.json")
+        models = Catalogue("model", setup.models)
         studies = Studies(diagnoses, bringup, records, models, worker, lambda: self._glance)
         return Starlette(
             routes=[
@@ -149,13 +149,13 @@ class Site:
         return [told, {"kind": "status", **self._with_command_holder(self._glance)}]
 
 
-def _feed(orders: PageOrders) -> Feed:
+def _feed(setup: PageSetup) -> Feed:
     """With the simulator, when there is one that can be read."""
-    period_s, own = orders.rig.period_ns / 1e9, orders.rig.channels
-    if orders.simulator is None:
+    period_s, own = setup.rig.period_ns / 1e9, setup.rig.channels
+    if setup.simulator is None:
         return Feed(period_s, None, own=own)
     try:
-        model = load_model(orders.simulator)
+        model = load_model(setup.simulator)
         return Feed(period_s, Chain(model), model.sample_time_s, own)
     except RigError:
         return Feed(period_s, None, own=own)

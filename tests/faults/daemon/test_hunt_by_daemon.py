@@ -11,7 +11,7 @@ from rich.text import Text
 
 from rig.app import compose, shipped
 from rig.app.gap.hunting import Hunted, HuntOptions, hunt, hunt_and_tell
-from rig.cli.service.picture import status_lines
+from rig.cli.service.status_lines import status_lines
 from rig.errors import CheckFailed, StateError
 from rig.log.reader import read
 from rig.qualify.faults.bench import FaultBench

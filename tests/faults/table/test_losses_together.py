@@ -15,8 +15,8 @@ import pytest
 
 from rig.cli.qualify.faults import BENCH_NAMES
 from rig.qualify.faults.bench import FaultBench
-from rig.qualify.faults.held import HeldCalibration, HeldProbe, RunBench
-from rig.qualify.faults.losses import BENCHES, Blow, draw, trials, try_losses
+from rig.qualify.faults.command_benches import CalibrationBench, ProbeBench, RunBench
+from rig.qualify.faults.losses import BENCHES, ProcessSignal, draw, trials, try_losses
 from rig.qualify.faults.wired import (
     ModbusFaultBench,
     MyRioFaultBench,
@@ -65,7 +65,7 @@ def test_a_process_that_holds_a_slow_wire_lost_together_with_others(
     ]
     with make(tmp_path) as bench:
         for blows in together:
-            trial = try_losses(bench, tuple(Blow(process, number, 0.0) for process, number in blows.items()))
+            trial = try_losses(bench, tuple(ProcessSignal(process, number, 0.0) for process, number in blows.items()))
             assert (str(trial), trial.problem) == (str(trial), "")
             bench.wait(
                 lambda: bench.status()["safe_state"]["confirmed"], "the safe state to be seen at the device", 10.0
@@ -77,7 +77,7 @@ def test_pairs_and_triples_under_a_run(tmp_path: Path) -> None:
         assert [f"{trial}: {trial.problem}" for trial in trials(run, 4, seed=5) if trial.problem] == []
 
 
-@pytest.mark.parametrize("make", [HeldCalibration, HeldProbe])
+@pytest.mark.parametrize("make", [CalibrationBench, ProbeBench])
 def test_pairs_under_a_command_without_a_loop(tmp_path: Path, make: Callable[[Path], FaultBench]) -> None:
     with make(tmp_path) as held:
         assert [f"{trial}: {trial.problem}" for trial in trials(held, 2, seed=6) if trial.problem] == []

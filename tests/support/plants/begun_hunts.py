@@ -45,7 +45,7 @@ def left_hunt(begun_hunt: Path, tmp_path: Path) -> Path:
     return Path(shutil.copytree(begun_hunt, tmp_path / "left"))
 
 
-def without_a_thought(folder: Path) -> Path:
+def without_a_finding(folder: Path) -> Path:
     """The hunt as it is when its first sweep is recorded and nothing was made of it yet."""
     begun = open_hunt(folder, hunt_options(folder).asked)
     replace(begun, steps=(replace(begun.steps[0], set=()),)).save()
@@ -53,7 +53,7 @@ def without_a_thought(folder: Path) -> Path:
 
 
 @pytest.fixture(scope="module")
-def thought_once() -> Iterator[None]:
+def each_diagnosed_once() -> Iterator[None]:
     """The same records under the same question are diagnosed once."""
     with diagnosing_once():
         yield

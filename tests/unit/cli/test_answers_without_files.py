@@ -23,7 +23,7 @@ from rig.gap.answer.facts import Gap, Verdict, Where
 from rig.gap.answer.result import Diagnosis
 from rig.realtime.faults import Fault
 from rig.report import gap_page
-from rig.service.records.orders import RunResult
+from rig.service.records.recorder_messages import RunResult
 
 MODEL = "configs/models/simulated.yaml"
 NO_ROOM = OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))

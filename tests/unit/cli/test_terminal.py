@@ -14,7 +14,7 @@ from support.records.made_logs import made_content
 
 from rig.app.terminal import console, listing, styled
 from rig.cli.commands import cli
-from rig.cli.service.picture import status_lines
+from rig.cli.service.status_lines import status_lines
 from rig.log.convert import write_content
 from rig.report.shown_text import in_one_line
 

@@ -15,9 +15,9 @@ from rig.cli.commands import cli
 from rig.cli.qualify import bench as command
 from rig.errors import CheckFailed, ConfigError
 from rig.qualify.benchmarks import figure, share
-from rig.qualify.figures.against import STILL, Move, compared, earlier, moved
-from rig.qualify.figures.drawn import machine_line, sections
+from rig.qualify.figures.comparison import STILL, Move, compared, earlier, moved
 from rig.qualify.figures.machine import worked_s
+from rig.qualify.figures.markdown import machine_line, sections
 from rig.qualify.figures.rounds import gathered
 
 MACHINE = {"date": "2026-11-22", "cpu": "one", "cores": 2, "system": "Linux", "python": "3.11"}

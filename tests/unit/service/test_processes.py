@@ -3,7 +3,7 @@
 import pytest
 
 from rig.service import processes
-from rig.service.processes import STEADY_S, Pauses
+from rig.service.processes import STEADY_S, RestartDelays
 
 PAUSES_S = (0.0, 2.0, 10.0)
 
@@ -15,7 +15,7 @@ class Clock:
         self.now_s = 1000.0
         monkeypatch.setattr(processes.time, "monotonic", lambda: self.now_s)
 
-    def lives(self, pauses: Pauses, lived_s: float) -> float:
+    def lives(self, pauses: RestartDelays, lived_s: float) -> float:
         """The pause after a process that lived so long."""
         pauses.began()
         self.now_s += lived_s
@@ -26,7 +26,7 @@ class Clock:
 def test_the_pause_grows_with_every_death_in_a_row(
     before: int, expected_s: list[float], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    clock, pauses = Clock(monkeypatch), Pauses(PAUSES_S, before)
+    clock, pauses = Clock(monkeypatch), RestartDelays(PAUSES_S, before)
     assert [clock.lives(pauses, 1.0) for _ in expected_s] == expected_s
 
 
@@ -34,6 +34,6 @@ def test_the_pause_grows_with_every_death_in_a_row(
 def test_one_that_lived_for_long_did_not_die_in_a_row(
     lived_s: float, pause_s: float, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    clock, pauses = Clock(monkeypatch), Pauses(PAUSES_S)
+    clock, pauses = Clock(monkeypatch), RestartDelays(PAUSES_S)
     assert [clock.lives(pauses, 1.0) for _ in range(3)] == [2.0, 10.0, 10.0]
     assert clock.lives(pauses, lived_s) == pause_s

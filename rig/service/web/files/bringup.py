@@ -12,7 +12,7 @@ from typing import Any, Final
 from rig.config import load
 from rig.errors import RigError
 from rig.rig_config import RigConfig
-from rig.service.records.kept_file import keep, put_aside
+from rig.service.records.durable_file import put_aside, write_durably
 
 Seen = Callable[[dict[str, Any]], str]
 """What of a step can be seen in a status; empty when it cannot be seen to be done."""
@@ -85,7 +85,7 @@ class BringUp:
         confirmed.pop(name, None)
         if done:
             confirmed[name] = {"at_s": time.time(), "by": by}
-        keep(self._kept, json.dumps(confirmed))
+        write_durably(self._kept, json.dumps(confirmed))
 
     def _step(self, step: BringUpStep, status: dict[str, Any], confirmed: Any) -> dict[str, Any]:
         seen = SEEN[step.seen](status)

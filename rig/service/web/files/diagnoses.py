@@ -14,7 +14,7 @@ from typing import Any, Final
 
 from rig.config import finite
 from rig.errors import RecordError, RigError, StateError
-from rig.service.web.files.found import FoundDay, gap_of, unit_of
+from rig.service.web.files.diagnosis_json import DiagnosedDay, gap_of, unit_of
 
 REFERENCES: Final = ("auto", "sessions", "session", "fingerprint", "simulator")
 PATIENCE_S: Final = 1800.0
@@ -72,14 +72,14 @@ class Diagnoses:
             return names[:MOST_SHOWN]
         return []
 
-    def days(self, model: str, reference: str) -> list[FoundDay]:
+    def days(self, model: str, reference: str) -> list[DiagnosedDay]:
         """The newest finished diagnosis of every session that was asked for with this model and reference."""
-        newest: dict[str, FoundDay] = {}
+        newest: dict[str, DiagnosedDay] = {}
         for name in self._names():
             asked, found = _read(self._folder / name / _ASKED), _found(self._folder / name / _FOUND)
             session = str(asked.get("session"))
             if found and session not in newest and (asked.get("model"), asked.get("reference")) == (model, reference):
-                newest[session] = FoundDay(session, _number(asked.get("recorded_s") or asked.get("asked_s")), found)
+                newest[session] = DiagnosedDay(session, _number(asked.get("recorded_s") or asked.get("asked_s")), found)
         return list(newest.values())
 
     def report(self, name: str) -> Path:
@@ -91,7 +91,7 @@ class Diagnoses:
 
     async def _work(self, folder: Path, call: list[str]) -> None:
         outputs = ["--json", str(folder / _FOUND), "--html", str(folder / _REPORT)]
-        bound = [sys.executable, "-m", "rig.service.web.files.bound", str(os.getpid())]
+        bound = [sys.executable, "-m", "rig.service.web.files.bound_to_parent", str(os.getpid())]
         command = [*bound, "rig.cli.main", *call, *outputs]
         try:
             with (folder / _SAID).open("wb") as said:

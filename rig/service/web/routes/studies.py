@@ -15,8 +15,8 @@ from rig.service.web.access.guard import visitor_of
 from rig.service.web.files.bringup import BringUp
 from rig.service.web.files.catalogue import Catalogue
 from rig.service.web.files.diagnoses import REFERENCES, Diagnoses, DiagnosisRequest
+from rig.service.web.files.history import history_json
 from rig.service.web.files.hunts import hunts
-from rig.service.web.files.past import past
 from rig.service.web.files.records import SessionFolders
 from rig.service.web.routes.actions import Actions
 from rig.service.web.routes.answer import EscapedJson
@@ -63,7 +63,7 @@ class Studies:
     async def _history(self, request: Request) -> Any:
         asked = request.query_params
         days = self._diagnoses.days(asked.get("model", ""), asked.get("reference", ""))
-        return await self._worker.run(past, days)
+        return await self._worker.run(history_json, days)
 
     async def _hunts(self, _: Request) -> Any:
         return {"hunts": hunts(self._records.root)}

@@ -6,7 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from support.plants.begun_hunts import MODEL, without_a_thought
+from support.plants.begun_hunts import MODEL, without_a_finding
 from support.plants.begun_hunts import hunt_options as options
 
 from rig.app import compose
@@ -19,7 +19,7 @@ from rig.excite.experiment import expand, load_sweep
 from rig.gap.hypotheses.library import NONE, UNKNOWN
 from rig.log.reader import read
 
-pytestmark = pytest.mark.usefixtures("thought_once")
+pytestmark = pytest.mark.usefixtures("each_diagnosed_once")
 
 
 @pytest.fixture(scope="module")
@@ -76,7 +76,7 @@ def test_a_hunt_of_something_else_is_refused(found: Path) -> None:
 
 
 def test_the_time_ends_it(left_hunt: Path) -> None:
-    ended = hunt(options(without_a_thought(left_hunt), minutes=0.25))
+    ended = hunt(options(without_a_finding(left_hunt), minutes=0.25))
     assert ended.hunt.ended == TIME
     assert len(ended.hunt.steps) == 1
     assert len(ended.hunt.steps[0].set) == 2
@@ -160,10 +160,10 @@ def test_a_hunt_whose_file_is_from_before_goes_on(tmp_path: Path) -> None:
     ],
 )
 def test_something_unknown_is_no_name(healthy: Hunted, chances: dict[str, float], said: str) -> None:
-    thought = healthy.thought
-    assert thought is not None
-    posteriors = tuple(replace(one, probability=chances) for one in thought.grounds.posteriors)
-    assert replace(thought, grounds=replace(thought.grounds, posteriors=posteriors)).settled == said
+    finding = healthy.finding
+    assert finding is not None
+    posteriors = tuple(replace(one, probability=chances) for one in finding.grounds.posteriors)
+    assert replace(finding, grounds=replace(finding.grounds, posteriors=posteriors)).settled == said
 
 
 def test_with_an_earlier_day_what_later_sweeps_say_counts_too(tmp_path: Path) -> None:
@@ -174,8 +174,8 @@ def test_with_an_earlier_day_what_later_sweeps_say_counts_too(tmp_path: Path) ->
     day = read(tmp_path / "day")
     found = hunt(options(tmp_path / "hunt", days=[day], day_names=("day",), first=Path("gap")))
     assert found.hunt.ended == NAMED
-    assert found.thought is not None
-    assert found.thought.diagnosis.reference == "session"
+    assert found.finding is not None
+    assert found.finding.diagnosis.reference == "session"
     assert [name for name, _ in found.hunt.steps[-1].set] == ["valve_lag"]
 
 

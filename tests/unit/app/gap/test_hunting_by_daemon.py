@@ -11,10 +11,10 @@ import pytest
 from support.plants.begun_hunts import hunt_options
 
 from rig.app.gap.hunt_folder import FILE
-from rig.app.gap.hunting import Hunted, HuntOptions, Thought, hunt, hunt_and_tell
+from rig.app.gap.hunting import Hunted, HuntFinding, HuntOptions, hunt, hunt_and_tell
 from rig.errors import CheckFailed, Interrupted, StateError
 
-pytestmark = pytest.mark.usefixtures("thought_once")
+pytestmark = pytest.mark.usefixtures("each_diagnosed_once")
 
 
 class Killed(BaseException):
@@ -156,7 +156,7 @@ def test_ctrl_c_leaves_the_sweep_to_the_daemon_and_says_so(options: HuntOptions,
 def test_ctrl_c_while_it_thinks_says_what_was_learnt(
     options: HuntOptions, daemon: Daemon, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def interrupted(*_: object, **__: object) -> Thought:
+    def interrupted(*_: object, **__: object) -> HuntFinding:
         raise KeyboardInterrupt
 
     told: list[Hunted] = []

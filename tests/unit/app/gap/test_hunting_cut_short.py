@@ -23,7 +23,7 @@ from rig.cli.commands import cli
 from rig.errors import EnvelopeError, RigError, StateError
 from rig.log.reader import read
 
-pytestmark = pytest.mark.usefixtures("thought_once")
+pytestmark = pytest.mark.usefixtures("each_diagnosed_once")
 
 CALL = ("--rig", "simulated_worn", "--model", str(MODEL), "--sweep", "quick", "--clock", "virtual", "--seed", "5")
 PATIENCE_S = 300.0

@@ -9,7 +9,7 @@ from itertools import pairwise
 from pathlib import Path
 
 import pytest
-from support.plants.begun_hunts import hunt_options, without_a_thought
+from support.plants.begun_hunts import hunt_options, without_a_finding
 from support.plants.gap_rigs import session
 from support.rigs.narrow_rig import narrow_rig
 
@@ -31,7 +31,7 @@ def test_a_design_says_what_it_is_at_from_its_start_to_the_choice(tmp_path: Path
     assert all(before <= after <= 1.0 for (before, _), (after, _) in pairwise(heard))
 
 
-@pytest.mark.usefixtures("thought_once")
+@pytest.mark.usefixtures("each_diagnosed_once")
 def test_a_hunt_says_that_it_diagnoses_and_plans(left_hunt: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     said: list[str] = []
 
@@ -41,7 +41,7 @@ def test_a_hunt_says_that_it_diagnoses_and_plans(left_hunt: Path, monkeypatch: p
         yield lambda done, note: None
 
     monkeypatch.setattr(hunting, "progress", told, raising=False)
-    hunt(hunt_options(without_a_thought(left_hunt)), allowed=lambda step: False)
+    hunt(hunt_options(without_a_finding(left_hunt)), allowed=lambda step: False)
     assert said == ["diagnosing after step 1", "planning what tells more"]
 
 

@@ -13,7 +13,7 @@ from rig.app.runs.replaying import ReplayOptions, prepare, replay_all
 from rig.errors import CheckFailed
 from rig.realtime.safe_state import Outcome as Reached
 from rig.realtime.safe_state import SafeReport, Writer
-from rig.service.records.orders import RunResult
+from rig.service.records.recorder_messages import RunResult
 
 RECORDINGS = Path(__file__).parents[3] / "replay"
 

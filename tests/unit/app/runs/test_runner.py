@@ -25,9 +25,9 @@ from rig.realtime.faults import Fault
 from rig.realtime.safe_state import Outcome as SafeOutcome
 from rig.realtime.safe_state import SafeReport, SecondPath, Writer
 from rig.sample import Sample
-from rig.service.records.orders import RunResult
+from rig.service.records.recorder_messages import RunResult
 from rig.service.session.run_setup import program_of
-from rig.service.session.session import LoopOrders, Session, Watching
+from rig.service.session.session import LoopSetup, Session, Watching
 
 DENIED = {"fifo": "denied: Operation not permitted", "mlock": "granted"}
 
@@ -132,8 +132,8 @@ class EndsLate:
         self._send()
 
 
-def loop_that_is_told_to_end_twice(orders: LoopOrders, pipe: Connection) -> None:
-    compose.loop_process(orders, pipe)
+def loop_that_is_told_to_end_twice(setup: LoopSetup, pipe: Connection) -> None:
+    compose.loop_process(setup, pipe)
     sys.modules["kept until the end"] = EndsLate()  # type: ignore[assignment]
 
 
@@ -146,12 +146,12 @@ def test_a_loop_that_has_left_is_not_killed_by_the_signal_that_comes_after_the_w
     assert session.loop.exitcode == 0
 
 
-def loop_whose_driver_has_a_bug(orders: LoopOrders, pipe: Connection) -> None:
+def loop_whose_driver_has_a_bug(setup: LoopSetup, pipe: Connection) -> None:
     def fail(_: SimulatedRig) -> None:
         raise ZeroDivisionError("division by zero")
 
     SimulatedRig.open = fail  # type: ignore[method-assign, assignment]
-    compose.loop_process(orders, pipe)
+    compose.loop_process(setup, pipe)
 
 
 def test_a_driver_that_fails_by_a_bug_when_it_is_opened_is_one_line(capfd: pytest.CaptureFixture[str]) -> None:
@@ -164,12 +164,12 @@ def test_a_driver_that_fails_by_a_bug_when_it_is_opened_is_one_line(capfd: pytes
     assert "Traceback" not in capfd.readouterr().err
 
 
-def loop_whose_device_takes_no_safe_state(orders: LoopOrders, pipe: Connection) -> None:
+def loop_whose_device_takes_no_safe_state(setup: LoopSetup, pipe: Connection) -> None:
     def refuse(_: SimulatedRig) -> None:
         raise DeviceError("no answer")
 
     SimulatedRig.safe = refuse  # type: ignore[method-assign]
-    compose.loop_process(orders, pipe)
+    compose.loop_process(setup, pipe)
 
 
 def test_a_device_that_is_lost_on_the_way_out_is_told_though_every_record_is_whole(

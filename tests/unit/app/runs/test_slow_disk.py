@@ -17,7 +17,7 @@ from rig.app.runs.runner import Planned, RunOptions
 from rig.app.supervise import parts_of
 from rig.errors import CheckFailed
 from rig.service.processes import DISK_PATIENCE_S
-from rig.service.records.orders import RunOrder, RunResult
+from rig.service.records.recorder_messages import RunOrder, RunResult
 from rig.service.session.session import Session
 from rig.service.session.session_monitor import SessionMonitor
 

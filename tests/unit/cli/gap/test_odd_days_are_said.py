@@ -11,7 +11,8 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from rig.app.gap import hunting, past, planning
+from rig.app.gap import history as app_history
+from rig.app.gap import hunting, planning
 from rig.channels import PNEUMATIC
 from rig.cli.gap.group import gap
 from rig.gap import history, history_words
@@ -35,8 +36,8 @@ COMMANDS: dict[str, tuple[list[str], list[Work]]] = {
     "history": (
         ["{}/log", "--model", MODEL],
         [
-            (past, "past_days", ([], SimpleNamespace(complain=lambda: None))),
-            (past, "history_report", {}),
+            (app_history, "history_days", ([], SimpleNamespace(complain=lambda: None))),
+            (app_history, "history_report", {}),
             (history, "look_back", PAST),
             (history_words, "told", []),
         ],

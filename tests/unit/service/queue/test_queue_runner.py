@@ -18,8 +18,8 @@ from rig.service.queue.job_queue import Job, JobState, Queue
 from rig.service.queue.planner import Planner, Published, Summary
 from rig.service.queue.queue_runner import NoSpace, QueueRunner
 from rig.service.records.ledger import Ledger
-from rig.service.records.orders import RunOrder
 from rig.service.records.record_names import free
+from rig.service.records.recorder_messages import RunOrder
 from rig.service.settings import DaemonSettings
 
 T = TypeVar("T")

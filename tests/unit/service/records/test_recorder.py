@@ -20,8 +20,8 @@ from rig.realtime.ring import Ring, RingWriter
 from rig.realtime.state import State
 from rig.sample import WIRES, Flag, Phase, Sample
 from rig.service.records import recorder as recorder_module
-from rig.service.records.orders import RecorderTrouble, RunOrder, RunResult
 from rig.service.records.recorder import Recorder
+from rig.service.records.recorder_messages import RecorderTrouble, RunOrder, RunResult
 
 WALL_NS = 1_700_000_000_000_000_000
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 
 from rig.app import compose
-from rig.app.overseen import check_last_resort
+from rig.app.supervised_command import check_last_resort
 from rig.errors import RigError
 from rig.rig_config import RigConfig
 from rig.service.session.last_resort import last_resort

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from rig.app import compose
-from rig.service.records.orders import RunOrder
+from rig.service.records.recorder_messages import RunOrder
 from rig.service.session.session import Session
 
 pytestmark = pytest.mark.real_time

@@ -14,12 +14,12 @@ import pytest
 from rig.errors import RigError
 from rig.realtime.ring import Ring
 from rig.realtime.safe_state import Writer
-from rig.service.session.watchers import WATCHER_PATIENCE_S, WatcherOrders, Watchers, await_ready
+from rig.service.session.watchers import WATCHER_PATIENCE_S, Watchers, WatcherSetup, await_ready
 
 LOOK_NS = 20_000_000
 
 
-def stays(orders: WatcherOrders, pipe: Connection) -> None:
+def stays(setup: WatcherSetup, pipe: Connection) -> None:
     """A watcher that does nothing by itself."""
     pipe.send(("ready", {}))
     time.sleep(60.0)

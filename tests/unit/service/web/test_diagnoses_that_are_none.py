@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 
 from rig.service.web.files.diagnoses import Diagnoses
-from rig.service.web.files.found import FoundDay
-from rig.service.web.files.past import past
+from rig.service.web.files.diagnosis_json import DiagnosedDay
+from rig.service.web.files.history import history_json
 
 GOOD = {"verdict": "none", "causes": [], "gap": {"rms_deg": 0.2, "floor_deg": 0.1}}
 ASKED = {"session": "monday", "model": "m", "reference": "auto", "recorded_s": 5.0}
@@ -41,5 +41,5 @@ def test_a_time_that_is_none_is_the_beginning(tmp_path: Path, recorded_s: object
 
 def test_a_day_with_a_size_that_is_none_is_left_out_of_the_history() -> None:
     broken = GOOD | {"causes": [{"effect": "play", "parameters": {"play_deg": {"value": 1}}}]}
-    told = past([FoundDay("monday", 1.0, GOOD), FoundDay("tuesday", 2.0, broken)])
+    told = history_json([DiagnosedDay("monday", 1.0, GOOD), DiagnosedDay("tuesday", 2.0, broken)])
     assert [day["name"] for day in told["days"]] == ["monday"]

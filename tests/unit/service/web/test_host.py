@@ -20,11 +20,11 @@ from rig.errors import RigError, StateError
 from rig.service.settings import Web
 from rig.service.web import host
 from rig.service.web.host import Page, bind, signing_key
-from rig.service.web.orders import PageOrders
+from rig.service.web.page_setup import PageSetup
 
 
-def orders(tmp_path: Path) -> PageOrders:
-    return PageOrders(tmp_path / "s.sock", compose.load(None), True, tmp_path, tmp_path, local=True)
+def setup(tmp_path: Path) -> PageSetup:
+    return PageSetup(tmp_path / "s.sock", compose.load(None), True, tmp_path, tmp_path, local=True)
 
 
 def test_a_port_that_nobody_asked_for_gives_way_and_one_that_was_asked_for_does_not(
@@ -61,7 +61,7 @@ def test_a_link_in_the_keys_place_leads_nowhere(tmp_path: Path) -> None:
 
 
 def test_off_is_off(tmp_path: Path) -> None:
-    page = Page(Web(on=False), orders(tmp_path))
+    page = Page(Web(on=False), setup(tmp_path))
     page.open()
     assert (page.url, page.to_json()) == ("", None)
     page.close()
@@ -71,7 +71,7 @@ def test_without_the_extra_there_is_no_page_and_the_log_says_so(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
     monkeypatch.setattr(host, "missing_packages", lambda: ["starlette"])
-    page = Page(Web(), orders(tmp_path))
+    page = Page(Web(), setup(tmp_path))
     with caplog.at_level(logging.WARNING, "pamrig"):
         page.open()
     assert page.to_json() is None
@@ -81,7 +81,7 @@ def test_without_the_extra_there_is_no_page_and_the_log_says_so(
 def test_a_token_that_is_too_short_is_refused_before_anything_listens(tmp_path: Path) -> None:
     token = tmp_path / "token"
     token.write_text("short")
-    page = Page(Web(host="0.0.0.0", token_file=token), orders(tmp_path))
+    page = Page(Web(host="0.0.0.0", token_file=token), setup(tmp_path))
     with pytest.raises(RigError, match="at least 16 characters"):
         page.open()
     assert page.to_json() is None
@@ -108,7 +108,7 @@ class _SlowToEnd:
 
 def watch(folder: Path, seen: Callable[[Page, "asyncio.Future[None]"], Coroutine[Any, Any, None]]) -> None:
     """A page that is opened and watched, as in the daemon, while `seen` looks on."""
-    page = Page(Web(), orders(folder))
+    page = Page(Web(), setup(folder))
 
     async def both() -> None:
         watching = asyncio.ensure_future(page.watch())

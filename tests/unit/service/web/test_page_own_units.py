@@ -15,8 +15,8 @@ from rig.log.convert import write_record
 from rig.record import Record
 from rig.service.web.files import curves
 from rig.service.web.files.diagnoses import Diagnoses, DiagnosisRequest
-from rig.service.web.files.found import FoundDay
-from rig.service.web.files.past import past
+from rig.service.web.files.diagnosis_json import DiagnosedDay
+from rig.service.web.files.history import history_json
 from rig.service.web.files.records import SessionFolders
 from rig.service.web.stream.feed import COLUMNS, Feed
 from rig.service.web.stream.glance import own_now
@@ -69,15 +69,15 @@ def diagnosis(gap: float, play: float | None, unit: str = "mm") -> dict[str, Any
 
 def test_the_history_finds_the_day_of_a_change_and_says_it_in_mm() -> None:
     each = [diagnosis(0.2 + 2.0 * (n >= 6) + 0.01 * n, None if n < 6 else 4.0) for n in range(12)]
-    days = [FoundDay(f"day {n:02d}", 86400.0 * n, found) for n, found in enumerate(each)]
-    told = past([*days[6:], *days[:6], FoundDay("another rig", -1.0, diagnosis(1.0, None, "deg"))])
+    days = [DiagnosedDay(f"day {n:02d}", 86400.0 * n, found) for n, found in enumerate(each)]
+    told = history_json([*days[6:], *days[:6], DiagnosedDay("another rig", -1.0, diagnosis(1.0, None, "deg"))])
     assert [day["name"] for day in told["days"]] == [day.session for day in days]
     assert told["effects"] == {"backlash": "mm"}
     changed = {change["quantity"]: change["day"] for change in told["changes"]}
     assert changed == {"gap_deg": "day 06", "backlash": "day 06"}
     assert "mm on day 06" in told["words"][0]
-    assert past([])["days"] == []
-    assert past(days[:1])["words"] == []
+    assert history_json([])["days"] == []
+    assert history_json(days[:1])["words"] == []
 
 
 def test_the_newest_diagnosis_of_a_session_counts_and_only_of_what_was_asked(tmp_path: Path) -> None:

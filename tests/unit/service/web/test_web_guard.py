@@ -16,7 +16,7 @@ from starlette.requests import Request
 
 from rig.app import compose, shipped
 from rig.service.web.access.visitors import COOKIE, GUESSES, Guesses, Visitors
-from rig.service.web.orders import PageOrders
+from rig.service.web.page_setup import PageSetup
 from rig.service.web.routes.pages import Pages
 from rig.service.web.site import Site
 
@@ -75,7 +75,7 @@ def ask(
 def site_of(tmp_path: Path, *, local: bool, token: str = "", names: tuple[str, ...] = ()) -> Site:
     rig = compose.load(None)
     return Site(
-        PageOrders(
+        PageSetup(
             tmp_path / "none.sock", rig, True, tmp_path, tmp_path, local, sweeps=(shipped.configs() / "sweeps",),
             names=names, token=token, key=b"k" * 32,
         )

@@ -11,7 +11,7 @@ BACKLOG: Final = 1024
 
 
 @dataclass(frozen=True)
-class PageOrders:
+class PageSetup:
     """Everything in it can be pickled."""
 
     socket: Path

@@ -55,7 +55,7 @@ def _let_go(taken: Iterable[int]) -> None:
         os.close(descriptor)
 
 
-def driver(wires: Iterable[str], but: int | None = None) -> str:
+def who_drives(wires: Iterable[str], but: int | None = None) -> str:
     """Who drives one of the wires now, in words; empty when nobody does. `but`: a process that is not meant. Looking
     takes nothing from anybody."""
     names = _names()

@@ -13,7 +13,7 @@ import pytest
 
 from rig.errors import RigError, StateError
 from rig.service.client import Client
-from rig.service.connections import places
+from rig.service.connections import socket_access
 from rig.service.settings import make_folder
 
 
@@ -23,7 +23,7 @@ def own(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Path:
     monkeypatch.setattr(tempfile, "gettempdir", lambda: str(tmp_path))
     for name in ("PAMRIG_SOCKET", "XDG_RUNTIME_DIR"):
         monkeypatch.delenv(name, raising=False)
-    monkeypatch.setattr(places, "SERVICE_SOCKET", tmp_path / "none" / "pamrig.sock")
+    monkeypatch.setattr(socket_access, "SERVICE_SOCKET", tmp_path / "none" / "pamrig.sock")
     return tmp_path / f"pamrig-{os.getuid()}"
 
 
@@ -37,11 +37,11 @@ def listening() -> Iterator[Path]:
 
 
 def test_without_a_runtime_folder_the_socket_lies_in_a_folder_of_one_s_own(own: Path) -> None:
-    assert places.default_socket() == own / "pamrig.sock"
-    places.check_folder(own)  # a folder that is not there is no daemon, and no trap
-    places.check_folder(own, make=True)
+    assert socket_access.default_socket() == own / "pamrig.sock"
+    socket_access.check_folder(own)  # a folder that is not there is no daemon, and no trap
+    socket_access.check_folder(own, make=True)
     assert own.stat().st_mode & 0o777 == 0o700
-    places.check_folder(own, make=True)
+    socket_access.check_folder(own, make=True)
 
 
 @pytest.mark.parametrize("kind", ["open to others", "another user's", "a link", "a file"])
@@ -58,13 +58,13 @@ def test_a_folder_that_somebody_else_made_is_refused_on_both_ends(
         own.mkdir(mode=0o700)
         own.chmod(0o755 if kind == "open to others" else 0o700)
     if kind == "another user's":
-        monkeypatch.setattr(places, "own_folder", lambda: own)
+        monkeypatch.setattr(socket_access, "own_folder", lambda: own)
         monkeypatch.setattr(os, "getuid", lambda: uid + 1)
     for make in (False, True):
         with pytest.raises(
             StateError, match=r"is not a folder of yours alone .*: somebody else made it; set PAMRIG_SOCKET"
         ):
-            places.check_folder(own, make=make)
+            socket_access.check_folder(own, make=make)
     with pytest.raises(StateError, match="is not a folder of yours alone"):
         Client()
 
@@ -73,10 +73,10 @@ def test_what_is_refused_at_another_user_s_place_says_whose_it_is(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     own, unknown = os.getuid(), 54321
-    assert places.whose(tmp_path / "pamrig.sock") == ""
+    assert socket_access.owned_by(tmp_path / "pamrig.sock") == ""
     monkeypatch.setattr(os, "geteuid", lambda: unknown)
-    name = f"; {tmp_path} is of user {places.user_name(own)}"
-    assert places.whose(tmp_path / "hidden" / "pamrig.sock") == name
+    name = f"; {tmp_path} is of user {socket_access.user_name(own)}"
+    assert socket_access.owned_by(tmp_path / "hidden" / "pamrig.sock") == name
     assert str(own) in name
     monkeypatch.setattr(os, "access", lambda *_: False)
     with pytest.raises(RigError, match=rf"{tmp_path}: cannot be written to{re.escape(name)}"):
@@ -90,29 +90,29 @@ def test_what_is_refused_at_another_user_s_place_says_whose_it_is(
         Client(tmp_path / "pamrig.sock")
     monkeypatch.setattr(os, "open", refused)
     with pytest.raises(StateError, match=f"cannot be made: Permission denied{re.escape(name)}$"):
-        places.take_lock(tmp_path / "lock", "taken")
+        socket_access.take_lock(tmp_path / "lock", "taken")
 
 
 def test_a_user_without_a_name_is_a_number() -> None:
-    assert places.user_name(54321) == "54321"
+    assert socket_access.user_name(54321) == "54321"
 
 
 def test_a_stale_socket_makes_way_and_neither_one_in_use_nor_a_file_of_somebody_s_does(
     listening: Path, tmp_path: Path
 ) -> None:
     with pytest.raises(StateError, match="another daemon is running, though its lock file is gone"):
-        places.make_way(listening)
+        socket_access.remove_stale_socket(listening)
     assert listening.is_socket()
     stale = listening.with_name("stale")
     with socket.socket(socket.AF_UNIX) as gone:
         gone.bind(str(stale))
-    places.make_way(stale)
+    socket_access.remove_stale_socket(stale)
     assert not stale.exists()
-    places.make_way(stale)
+    socket_access.remove_stale_socket(stale)
     record = tmp_path / "record.mcap"
     record.write_bytes(b"measured")
     with pytest.raises(StateError, match=r"record.mcap: is there already and is no socket"):
-        places.make_way(record)
+        socket_access.remove_stale_socket(record)
     assert record.read_bytes() == b"measured"
 
 
@@ -121,9 +121,9 @@ def test_a_lock_follows_no_link_and_waits_for_no_pipe(tmp_path: Path) -> None:
     (tmp_path / "link").symlink_to(target)
     os.mkfifo(tmp_path / "pipe")
     with pytest.raises(StateError, match="link: cannot be made: it is a symbolic link"):
-        places.take_lock(tmp_path / "link", "taken")
+        socket_access.take_lock(tmp_path / "link", "taken")
     with pytest.raises(StateError, match="pipe: is no regular file, as a lock is"):
-        places.take_lock(tmp_path / "pipe", "taken")
+        socket_access.take_lock(tmp_path / "pipe", "taken")
     assert not target.exists()
 
 
@@ -134,27 +134,27 @@ def test_a_lock_of_another_user_in_a_folder_of_everybody_s_is_refused(
     (tmp_path / "lock").touch()
     monkeypatch.setattr(os, "geteuid", lambda: 12345)
     with pytest.raises(StateError, match=r"lock: belongs to user .*0.*, not to you"):
-        places.take_lock(tmp_path / "lock", "taken")
+        socket_access.take_lock(tmp_path / "lock", "taken")
 
 
 def test_a_lock_is_held_until_it_is_closed(tmp_path: Path) -> None:
-    first = places.take_lock(tmp_path / "lock", "taken")
+    first = socket_access.take_lock(tmp_path / "lock", "taken")
     with pytest.raises(StateError, match=r"^taken$"):
-        places.take_lock(tmp_path / "lock", "taken")
+        socket_access.take_lock(tmp_path / "lock", "taken")
     os.close(first)
-    os.close(places.take_lock(tmp_path / "lock", "taken"))
+    os.close(socket_access.take_lock(tmp_path / "lock", "taken"))
 
 
 def test_a_folder_is_locked_by_every_path_that_leads_there_and_whatever_is_deleted_in_it(tmp_path: Path) -> None:
     (tmp_path / "state").mkdir()
     (tmp_path / "link").symlink_to("state")
-    first = places.lock_folder(tmp_path / "state", "taken")
+    first = socket_access.lock_folder(tmp_path / "state", "taken")
     assert first is not None
     for path in ("link", "state/../link", "state"):
         with pytest.raises(StateError, match=r"^taken$"):
-            places.lock_folder(tmp_path / path, "taken")
+            socket_access.lock_folder(tmp_path / path, "taken")
     os.close(first)
-    again = places.lock_folder(tmp_path / "link", "taken")
+    again = socket_access.lock_folder(tmp_path / "link", "taken")
     assert again is not None
     os.close(again)
 
@@ -165,8 +165,8 @@ def test_the_kernel_says_who_listens_and_a_stranger_is_not_believed(
     Client(listening).close()
     with socket.socket(socket.AF_UNIX) as connection:
         connection.connect(str(listening))
-        assert places.peer_uid(connection) == os.getuid()
-    monkeypatch.setattr(places, "peer_uid", lambda _: 12345)
+        assert socket_access.peer_uid(connection) == os.getuid()
+    monkeypatch.setattr(socket_access, "peer_uid", lambda _: 12345)
     with pytest.raises(
         StateError, match="who listens there is user 12345, neither you nor root: not a daemon to rely on"
     ):
@@ -176,15 +176,15 @@ def test_the_kernel_says_who_listens_and_a_stranger_is_not_believed(
 def test_who_may_command_is_the_user_root_and_whom_the_group_has_let_in(monkeypatch: pytest.MonkeyPatch) -> None:
     with socket.socket(socket.AF_UNIX) as any_socket:
         for uid, group, may in ((os.getuid(), "", True), (0, "", True), (12345, "", False), (12345, "pamrig", True)):
-            monkeypatch.setattr(places, "peer_uid", lambda _, uid=uid: uid)
-            assert places.may_command(any_socket, group) is may
+            monkeypatch.setattr(socket_access, "peer_uid", lambda _, uid=uid: uid)
+            assert socket_access.may_command(any_socket, group) is may
 
 
 @pytest.mark.parametrize(("umask", "left"), [(0o000, 0o002), (0o002, 0o002), (0o022, 0o022), (0o077, 0o077)])
 def test_what_a_daemon_makes_is_not_everybody_s_to_write_to(umask: int, left: int) -> None:
     before = os.umask(umask)
     try:
-        places.keep_others_out()
+        socket_access.keep_others_out()
     finally:
         assert os.umask(before) == left
 
@@ -192,7 +192,7 @@ def test_what_a_daemon_makes_is_not_everybody_s_to_write_to(umask: int, left: in
 def test_a_state_folder_is_its_owner_s_alone_to_write_to(tmp_path: Path) -> None:
     before = os.umask(0)
     try:
-        make_folder(tmp_path / "state", places.OWN_MODE)
+        make_folder(tmp_path / "state", socket_access.OWN_MODE)
     finally:
         os.umask(before)
     assert (tmp_path / "state").stat().st_mode & 0o777 == 0o755
@@ -203,11 +203,11 @@ def test_a_folder_of_ones_own_is_closed_to_others_and_that_is_said(
     tmp_path: Path, caplog: pytest.LogCaptureFixture, mode: int
 ) -> None:
     tmp_path.chmod(mode)
-    places.keep_others_from(tmp_path, "the queue")
+    socket_access.keep_others_from(tmp_path, "the queue")
     assert tmp_path.stat().st_mode & 0o7777 == mode & ~0o022
     (line,) = caplog.messages
     assert line.startswith(f"{tmp_path}: is to hold the queue, and others could write there (mode {mode:o})")
-    places.keep_others_from(tmp_path, "the queue")
+    socket_access.keep_others_from(tmp_path, "the queue")
     assert len(caplog.messages) == 1
 
 
@@ -215,14 +215,14 @@ def test_a_folder_of_another_users_holds_nothing_of_a_daemon(tmp_path: Path, mon
     uid = os.geteuid()
     monkeypatch.setattr(os, "geteuid", lambda: uid + 1)
     with pytest.raises(StateError, match=rf"is to hold the queue, and is of user .*{uid}.*; give a folder of your own"):
-        places.keep_others_from(tmp_path, "the queue")
+        socket_access.keep_others_from(tmp_path, "the queue")
 
 
 def test_where_everybody_has_something_the_socket_may_lie_and_no_queue(tmp_path: Path) -> None:
     tmp_path.chmod(0o1777)
-    places.keep_others_from(tmp_path, "the socket", among_others=True)
+    socket_access.keep_others_from(tmp_path, "the socket", among_others=True)
     with pytest.raises(StateError, match=r"is meant for everybody \(mode 1777\); give a folder of your own"):
-        places.keep_others_from(tmp_path, "the queue")
+        socket_access.keep_others_from(tmp_path, "the queue")
     assert tmp_path.stat().st_mode & 0o7777 == 0o1777
 
 
@@ -232,7 +232,7 @@ def test_what_others_have_put_into_an_open_folder_is_not_gone_by(tmp_path: Path)
     (tmp_path / "queue.json").touch()
     os.chown(tmp_path / "queue.json", 54321, -1)
     with pytest.raises(StateError, match=r"others have put something there \(queue.json, of user 54321\) \(mode 777\)"):
-        places.keep_others_from(tmp_path, "the queue")
+        socket_access.keep_others_from(tmp_path, "the queue")
     assert tmp_path.stat().st_mode & 0o777 == 0o777
 
 
@@ -240,4 +240,4 @@ def test_a_file_system_without_modes_is_refused(tmp_path: Path, monkeypatch: pyt
     tmp_path.chmod(0o777)
     monkeypatch.setattr(Path, "chmod", lambda *_: None)
     with pytest.raises(StateError, match=r"others may write there .mode 777., which cannot be changed"):
-        places.keep_others_from(tmp_path, "the queue")
+        socket_access.keep_others_from(tmp_path, "the queue")

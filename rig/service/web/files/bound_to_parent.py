@@ -1,5 +1,7 @@
-"""`python -m rig.service.web.files.bound PARENT MODULE ...`: runs a module as if it were called itself, at the lowest
-priority, and ends with the process PARENT that started it, however that ends."""
+"""`python -m rig.service.web.files.bound_to_parent PARENT MODULE ...`: runs a module as if it were called itself.
+
+It runs at the lowest priority, and ends with the process PARENT that started it, however that ends.
+"""
 
 import ctypes
 import os

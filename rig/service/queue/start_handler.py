@@ -20,7 +20,7 @@ _DECIDE: Final = (
 )
 
 
-class Starting:
+class StartHandler:
     """Queues what clients start."""
 
     def __init__(self, monitor: SessionMonitor, queue: Queue, runner: QueueRunner, checker: Planner) -> None:

@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from rig.qualify.figures.against import figures_of
+from rig.qualify.figures.comparison import figures_of
 from rig.qualify.figures.rounds import Figures, Row
 
 HEAD = "figure | measured | beside, in the same run | ratio | limit, and how close | goal"

@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 from rich.text import Text
 
-from rig.cli.service.picture import dead_lines, loop_lines, safe_lines
+from rig.cli.service.status_lines import dead_lines, loop_lines, safe_lines
 
 LOOP: dict[str, Any] = {
     "tick": 1, "p1_cmd_mpa": 0.116, "p2_cmd_mpa": 0.284, "p1_mpa": 0.12, "p2_mpa": 0.28, "angle_deg": -7.0,

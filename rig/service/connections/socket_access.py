@@ -59,7 +59,7 @@ def user_name(uid: int) -> str:
         return str(uid)
 
 
-def whose(path: Path) -> str:
+def owned_by(path: Path) -> str:
     """For the end of a message on what was refused: whose it is, or the nearest folder on the way that can be seen;
     empty when it is one's own."""
     for place in (path, *path.parents):
@@ -127,7 +127,7 @@ def _of_others(folder: Path) -> str:
     return ""
 
 
-def make_way(path: Path) -> None:
+def remove_stale_socket(path: Path) -> None:
     """Remove a stale socket (or an empty file) at `path`; StateError for anything else: it is not ours to remove, and
     least of all the socket of somebody who still listens there."""
     try:
@@ -158,7 +158,7 @@ def take_lock(path: Path, taken: str) -> int:
         descriptor = os.open(path, os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC, 0o600)
     except OSError as error:
         why = "it is a symbolic link" if error.errno == errno.ELOOP else error.strerror
-        raise StateError(f"{path}: cannot be made: {why}{whose(path)}") from None
+        raise StateError(f"{path}: cannot be made: {why}{owned_by(path)}") from None
     try:
         _check_lock(path, os.fstat(descriptor))
         _lock(descriptor, taken)

@@ -17,7 +17,9 @@ _DATE: Final = re.compile(r"(\d{4})-?(\d{2})-?(\d{2})")
 _DAY_S: Final = 86400.0
 
 
-def past_days(options: DiagnosisOptions, cases: Sequence[NamedDay], workers: int | None) -> tuple[list[Day], Campaign]:
+def history_days(
+    options: DiagnosisOptions, cases: Sequence[NamedDay], workers: int | None
+) -> tuple[list[Day], Campaign]:
     """Every day's diagnosis in order of time, and what became of each; ConfigError where there are not several days, or
     of some of them nothing says when they were."""
     if len(cases) < 2 or cases[0].name is None:

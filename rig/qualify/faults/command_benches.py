@@ -17,7 +17,7 @@ _STEP_S: Final = "3"
 """A step of a valve is held for so long, which is longer than all blows of a trial take."""
 
 
-class HeldBench(FaultBench, ABC):
+class CommandBench(FaultBench, ABC):
     """A process for each trial, and no daemon to ask: what it says is what it wrote to the terminal."""
 
     above: tuple[str, ...] = ("supervisor", "guardian")
@@ -63,7 +63,7 @@ class HeldBench(FaultBench, ABC):
         return found and found + rest
 
 
-class RunBench(HeldBench):
+class RunBench(CommandBench):
     """Under `pamrig run`."""
 
     def begin(self, out: Path) -> None:
@@ -71,7 +71,7 @@ class RunBench(HeldBench):
         self.command("run", str(self.sweep), "--rig", str(self.rig), "--out", str(out), "--force")
 
 
-class ReplayBench(HeldBench):
+class ReplayBench(CommandBench):
     """Under `pamrig replay`, of the same sweep recorded in virtual time."""
 
     def begin(self, out: Path) -> None:
@@ -92,7 +92,7 @@ class RunOverSerial(RunBench, SerialFaultBench):
     """The same with serial valves, each behind an I/O process."""
 
 
-class HeldCalibration(HeldBench):
+class CalibrationBench(CommandBench):
     """Under `pamrig devices calibrate pressures`, while it waits for somebody to read a gauge."""
 
     struck: tuple[str, ...] = ("supervisor", "guardian", "control")
@@ -115,7 +115,7 @@ class HeldCalibration(HeldBench):
         return found + why or super()._words()
 
 
-class HeldProbe(HeldCalibration):
+class ProbeBench(CalibrationBench):
     """Under `pamrig devices probe --step`, while a valve is stepped."""
 
     def begin(self, out: Path) -> None:
@@ -124,18 +124,18 @@ class HeldProbe(HeldCalibration):
         self.command("devices", "probe", "--rig", str(self.rig), *step)
 
 
-class CalibrationOverModbus(HeldCalibration, ModbusFaultBench):
+class CalibrationOverModbus(CalibrationBench, ModbusFaultBench):
     """Over Modbus, where the module's own watchdog would be left as well."""
 
 
-class ProbeOverModbus(HeldProbe, ModbusFaultBench):
+class ProbeOverModbus(ProbeBench, ModbusFaultBench):
     """The same while probing."""
 
 
-class CalibrationOverSerial(HeldCalibration, SerialFaultBench):
+class CalibrationOverSerial(CalibrationBench, SerialFaultBench):
     """With serial valves, whose I/O processes write the safe state when they lose their owner."""
 
-    struck = (*HeldCalibration.struck, "io process 1", "io process 2")
+    struck = (*CalibrationBench.struck, "io process 1", "io process 2")
     at_once = (2, 3)
 
     def pids(self) -> dict[str, int]:

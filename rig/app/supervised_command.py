@@ -25,7 +25,7 @@ _PATIENCE_NS: Final = 250_000_000
 """A thread beside a prompt is not as punctual as a loop, and moves the rig gently."""
 
 
-class Overseen:
+class SupervisedCommand:
     """This process and its ticks, looked after from above. Use as a context manager; `beat` each tick."""
 
     def __init__(self, rig: RigConfig) -> None:
@@ -54,9 +54,9 @@ class Overseen:
         self._ring.block.unlink()
 
 
-def overseen(rig: RigConfig) -> Overseen | None:
+def supervised(rig: RigConfig) -> SupervisedCommand | None:
     """For a rig whose set-points stand when this process is gone; None where the plant ends with it."""
-    return Overseen(rig) if compose.outlives_the_loop(rig) else None
+    return SupervisedCommand(rig) if compose.outlives_the_loop(rig) else None
 
 
 def check_last_resort(rig: RigConfig, device: Mapping[str, str], force: bool) -> None:

@@ -14,24 +14,27 @@ import pytest
 
 from drivers.modbus_io.settings import ModbusSettings, SerialLine
 from drivers.modbus_io.stations import rebuild
-from rig.app import compose, shipped, supervise, wires
+from rig.app import compose, shipped, supervise, wire_locks
 from rig.config import unstructure
 from rig.errors import DeviceLost, RigError
 from rig.realtime import shared
 from rig.realtime.clock import MonotonicClock
 
-HOLD = "import sys; from rig.app import wires; wires.hold(sys.argv[1:]); print('held', flush=True); sys.stdin.read()"
+HOLD = (
+    "import sys; from rig.app import wire_locks; wire_locks.hold(sys.argv[1:]); "
+    "print('held', flush=True); sys.stdin.read()"
+)
 
 
 @pytest.fixture(autouse=True)
 def own_table(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(wires, "TABLE", f"pamrigwire-{os.getpid()}-{tmp_path.name}")
+    monkeypatch.setattr(wire_locks, "TABLE", f"pamrigwire-{os.getpid()}-{tmp_path.name}")
 
 
 @contextmanager
 def another(*names: str) -> Iterator["subprocess.Popen[str]"]:
     """A process that holds these wires."""
-    patched = HOLD.replace("; wires.hold", f"; wires.TABLE = {wires.TABLE!r}; wires.hold")
+    patched = HOLD.replace("; wire_locks.hold", f"; wire_locks.TABLE = {wire_locks.TABLE!r}; wire_locks.hold")
     process = subprocess.Popen(
         [sys.executable, "-c", patched, *names], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
     )
@@ -46,12 +49,12 @@ def another(*names: str) -> Iterator["subprocess.Popen[str]"]:
 
 def test_a_wire_is_one_process_s_and_its_name_is_said() -> None:
     with another("10.0.0.1:502 unit 1") as other:
-        assert wires.driver(["10.0.0.2:502 unit 1"]) == ""
-        assert f"process {other.pid} (" in wires.driver(["10.0.0.1:502 unit 1"])
-        assert wires.driver(["10.0.0.1:502 unit 1"], other.pid) == ""
-        assert wires.driver(["10.0.0.1:502 unit 1"], int(str(other.pid)[:-1])) != ""
+        assert wire_locks.who_drives(["10.0.0.2:502 unit 1"]) == ""
+        assert f"process {other.pid} (" in wire_locks.who_drives(["10.0.0.1:502 unit 1"])
+        assert wire_locks.who_drives(["10.0.0.1:502 unit 1"], other.pid) == ""
+        assert wire_locks.who_drives(["10.0.0.1:502 unit 1"], int(str(other.pid)[:-1])) != ""
         with pytest.raises(DeviceLost, match=f"10.0.0.1:502 unit 1: driven by process {other.pid} .*; end that first"):
-            wires.hold(["10.0.0.1:502 unit 1"])
+            wire_locks.hold(["10.0.0.1:502 unit 1"])
 
 
 @pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGTERM])
@@ -59,24 +62,24 @@ def test_a_process_that_ends_lets_go_however_it_ends(number: int) -> None:
     with another("RIO0") as other:
         other.send_signal(number)
         other.wait()
-        with wires.held(["RIO0"]):
-            assert f"process {os.getpid()} " in wires.driver(["RIO0"])
+        with wire_locks.held(["RIO0"]):
+            assert f"process {os.getpid()} " in wire_locks.who_drives(["RIO0"])
 
 
 def test_one_wire_in_use_takes_none() -> None:
     with another("b"):
         with pytest.raises(DeviceLost, match=r"^b: driven by"):
-            wires.hold(["a", "b"])
-        assert wires.driver(["a"]) == ""
+            wire_locks.hold(["a", "b"])
+        assert wire_locks.who_drives(["a"]) == ""
 
 
 def test_what_was_held_is_free_afterwards_and_looking_takes_nothing() -> None:
-    with wires.held(["a", "b"]):
-        assert wires.driver(["a"])
+    with wire_locks.held(["a", "b"]):
+        assert wire_locks.who_drives(["a"])
         with pytest.raises(DeviceLost):
-            wires.hold(["b"])
-    assert wires.driver(["a", "b"]) == ""
-    with wires.held(["a"]):
+            wire_locks.hold(["b"])
+    assert wire_locks.who_drives(["a", "b"]) == ""
+    with wire_locks.held(["a"]):
         pass
 
 
@@ -84,26 +87,26 @@ def test_nothing_lies_about_that_somebody_could_remove() -> None:
     """The lock was a file in /dev/shm: whoever cleaned up there (systemd-logind does, when a user logs out for the last
     time) let a second process drive the wire."""
     before = set(shared.folder().iterdir())
-    with wires.held(["a"]):
+    with wire_locks.held(["a"]):
         assert {path.name for path in set(shared.folder().iterdir()) - before if "wire" in path.name} == set()
         with pytest.raises(DeviceLost):
-            wires.hold(["a"])
+            wire_locks.hold(["a"])
 
 
 def test_a_holder_s_command_line_cannot_write_to_the_terminal() -> None:
     wire = "a\x1b[2Jprocess 1\n\u202e"
     with another(wire) as other:
-        said = wires.driver([wire]).removeprefix(wire)
+        said = wire_locks.who_drives([wire]).removeprefix(wire)
     assert f"process {other.pid} (" in said
     assert said.isprintable()
 
 
 def test_a_wire_whose_holder_says_nothing_of_itself_is_driven_all_the_same() -> None:
-    held = wires.hold(["a"])
+    held = wire_locks.hold(["a"])
     os.close(held.pop())
-    assert wires.driver(["a"]) == wires.driver(["a"], os.getpid()) == "a is driven by another process"
+    assert wire_locks.who_drives(["a"]) == wire_locks.who_drives(["a"], os.getpid()) == "a is driven by another process"
     os.close(held.pop())
-    assert wires.driver(["a"]) == ""
+    assert wire_locks.who_drives(["a"]) == ""
 
 
 def test_a_rig_s_wires_are_those_that_carry_set_points() -> None:
@@ -191,14 +194,14 @@ def test_who_only_looks_keeps_nobody_from_a_wire() -> None:
 
     def look() -> None:
         while not over.is_set():
-            seen.add(wires.driver(["RIO0"]))
+            seen.add(wire_locks.who_drives(["RIO0"]))
 
     lookers = [threading.Thread(target=look) for _ in range(2)]
     for looker in lookers:
         looker.start()
     try:
         for rounds in range(20_000):
-            with wires.held(["RIO0"]):
+            with wire_locks.held(["RIO0"]):
                 pass
             if rounds >= 500 and len(seen) > 1:  # they looked while it was held, and while it was free
                 break

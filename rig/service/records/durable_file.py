@@ -13,7 +13,7 @@ from rig.outputs import keep_names
 _LOG: Final = logging.getLogger("pamrig")
 
 
-def keep(path: Path, text: str, problem: str = "cannot be written") -> None:
+def write_durably(path: Path, text: str, problem: str = "cannot be written") -> None:
     """Onto the disk, whole or not at all. RigError, which says of the path what the `problem` is, when the folder takes
     nothing."""
     fresh = path.with_suffix(".new")

@@ -12,7 +12,7 @@ from rig.app import compose
 from rig.errors import RigError
 from rig.outputs import OutputKind, write_text
 from rig.service.queue.job_queue import Queue
-from rig.service.records.kept_file import keep
+from rig.service.records.durable_file import write_durably
 from rig.service.records.ledger import Ledger
 from rig.service.web.files.bringup import BringUp
 
@@ -26,7 +26,7 @@ def forgotten(folder: Path) -> None:
 
 
 WRITERS: dict[str, Callable[[Path], None]] = {
-    "a file of the state folder": lambda folder: keep(folder / "kept.json", "{}"),
+    "a file of the state folder": lambda folder: write_durably(folder / "kept.json", "{}"),
     "what an operator confirmed": lambda folder: BringUp(compose.load(None), folder / "kept.json").confirm(
         "dry", "somebody", done=True
     ),
@@ -79,7 +79,7 @@ def test_a_folder_that_cannot_be_synced_is_no_failure(tmp_path: Path, monkeypatc
         return opened(path, flags, *more)  # type: ignore[arg-type]
 
     monkeypatch.setattr(os, "open", refused)
-    keep(tmp_path / "kept.json", "{}")
+    write_durably(tmp_path / "kept.json", "{}")
     assert (tmp_path / "kept.json").read_text() == "{}"
 
 
@@ -118,14 +118,14 @@ def test_a_file_that_cannot_be_put_aside_is_one_line(tmp_path: Path, monkeypatch
 def test_a_full_disk_keeps_what_was_there_and_nothing_beside_it(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    keep(tmp_path / "kept.json", "{}")
+    write_durably(tmp_path / "kept.json", "{}")
 
     def full(_: int) -> None:
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
     monkeypatch.setattr(os, "fsync", full)
     with pytest.raises(RigError, match=r"kept\.json: cannot be written: No space left on device"):
-        keep(tmp_path / "kept.json", "[1]")
+        write_durably(tmp_path / "kept.json", "[1]")
     assert [(path.name, path.read_text()) for path in tmp_path.iterdir()] == [("kept.json", "{}")]
 
 

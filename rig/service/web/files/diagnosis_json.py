@@ -7,7 +7,7 @@ from rig.channels import unit_word
 
 
 @dataclass(frozen=True)
-class FoundDay:
+class DiagnosedDay:
     """One day: its session, when that was recorded (s since 1970), and the JSON of its diagnosis."""
 
     session: str

@@ -6,7 +6,7 @@ Called in the process for what takes long: what it needs is imported there only.
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
-from rig.service.web.files.found import FoundDay, gap_of, unit_of
+from rig.service.web.files.diagnosis_json import DiagnosedDay, gap_of, unit_of
 
 if TYPE_CHECKING:
     from rig.gap.answer.result import Interval
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 _DAY_S = 86400.0
 
 
-def past(days: list[FoundDay]) -> dict[str, Any]:
+def history_json(days: list[DiagnosedDay]) -> dict[str, Any]:
     """The days in order of time with gap, floor and sizes in the rig's own unit; what changed and what grows, also in
     sentences. Days of another unit than the last are of another rig and left out, as one is whose diagnosis is none."""
     from rig.gap.history import History, look_back
@@ -34,7 +34,7 @@ def past(days: list[FoundDay]) -> dict[str, Any]:
     }
 
 
-def _is_whole(one: FoundDay) -> bool:
+def _is_whole(one: DiagnosedDay) -> bool:
     """It holds what a diagnosis does, of these kinds; somebody may have written to it."""
     try:
         _day(one, one.recorded_s)
@@ -43,7 +43,7 @@ def _is_whole(one: FoundDay) -> bool:
     return True
 
 
-def _day(one: FoundDay, first_s: float) -> "Day":
+def _day(one: DiagnosedDay, first_s: float) -> "Day":
     from rig.gap.history import Day
 
     causes = [cause for cause in one.found.get("causes", []) if isinstance(cause, dict)]
@@ -61,7 +61,7 @@ def _size(cause: dict[str, Any]) -> "dict[str, Interval]":
     return size_of(str(cause.get("effect")), parameters)
 
 
-def _plain(day: "Day", one: FoundDay) -> dict[str, Any]:
+def _plain(day: "Day", one: DiagnosedDay) -> dict[str, Any]:
     sizes = {effect: size.to_json() for effect, size in day.sizes.items()}
     told = {"name": day.name, "at_s": one.recorded_s, "verdict": day.verdict, "sizes": sizes}
     return told | {"gap": day.gap_deg, "floor": day.floor_deg}

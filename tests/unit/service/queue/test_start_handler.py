@@ -13,7 +13,7 @@ from rig.service.connections.protocol import Code, Refused
 from rig.service.queue.job_queue import Queue
 from rig.service.queue.planner import Summary
 from rig.service.queue.queue_runner import QueueRunner
-from rig.service.queue.starting import Starting
+from rig.service.queue.start_handler import StartHandler
 from rig.service.records.ledger import Ledger
 from rig.service.settings import DaemonSettings
 
@@ -32,7 +32,7 @@ class SlowChecker:
         return Summary(1, 10.0, b"")
 
 
-def made(folder: Path) -> tuple[Starting, QueueRunner, Queue, SlowChecker]:
+def made(folder: Path) -> tuple[StartHandler, QueueRunner, Queue, SlowChecker]:
     (folder / "logs").mkdir()
     queue, checker = Queue(folder / "queue.json"), SlowChecker()
     monitor: Any = SimpleNamespace(
@@ -41,7 +41,7 @@ def made(folder: Path) -> tuple[Starting, QueueRunner, Queue, SlowChecker]:
     settings = DaemonSettings(logs=folder / "logs", state=folder, spare_gb=0.0)
     runner = QueueRunner(monitor, queue, compose.load(None), settings, Ledger(settings.ledger))
     either: Any = checker
-    return Starting(monitor, queue, runner, either), runner, queue, checker
+    return StartHandler(monitor, queue, runner, either), runner, queue, checker
 
 
 @pytest.mark.parametrize("stopped", [True, False])

@@ -26,7 +26,7 @@ _ROLES = frozenset({Role.VALVE_1, Role.VALVE_2, Role.ANGLE})
 
 
 @contextmanager
-def answered(rig: RigConfig, model: Model, program: Program) -> Iterator[RigConfig]:
+def precomputed(rig: RigConfig, model: Model, program: Program) -> Iterator[RigConfig]:
     """The rig whose angle is what `model` says to `program`; without pressures, for the model says nothing of them."""
     with TemporaryDirectory(prefix="pamrig-") as folder:
         path = Path(folder) / "answer.mcap"
