@@ -38,6 +38,9 @@ GUARDIAN_PATIENCE_NS: Final = 250_000_000
 """The guardian comes after the supervisor and the commanding process; well before the watchdog of a device."""
 _INSIST_S: Final = 2.0
 """For somebody who writes the safe state by hand; a slow wire confirms within tenths of a second."""
+_SOONER: Final = 10
+"""By this part of a period the supervisor's patience ends before the tick that would prove it right: it is not to wait
+for the whole next one when it wakes late."""
 ABOVE_THE_LOOP: Final = 5
 _MOST_PRIORITY: Final = 99
 
@@ -79,7 +82,7 @@ def _supervisor(setup: WatcherSetup, rig: RigConfig, block: SafeBlock, device: D
     ring, loop = Ring.attach(setup.ring, setup.session), WatchedProcess(setup.pid)
     path = SecondPath.of(device) if compose.outlives_the_loop(rig) else None
     authority = SafeStateAuthority(setup.writer, block, ring, loop, path)
-    patience_ns = setup.patience_ns or patience_periods(rig) * rig.period_ns - rig.period_ns // 10
+    patience_ns = setup.patience_ns or patience_periods(rig) * rig.period_ns - rig.period_ns // _SOONER
     grace_ns = 0
     if setup.writer is Writer.GUARDIAN:
         patience_ns, grace_ns = max(GUARDIAN_PATIENCE_NS, 2 * patience_ns), GUARDIAN_PATIENCE_NS

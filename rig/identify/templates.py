@@ -18,6 +18,12 @@ from rig.record import Record
 
 _LEAK = {"lambda1": (0.005, 0.1), "lambda2": (0.02, 1.0)}
 """1 - lambda at a sample time of 5 ms: the first must not integrate without end, the second not cancel u."""
+_BOUNDS_AT_S = 0.005
+"""Sample time (s) at which the bounds per tick are written; at another one they are scaled to it."""
+_GAIN_DEG = 40.0
+"""g of the paper's rig, deg per unit of u: where no record moves both command and angle."""
+_P0_MPA = 0.2
+"""The paper's."""
 _XI, _PHI = 2.0, 2.0
 _XI2, _PHI2 = 20.0, 50.0
 """Bounds of xi1 / (g D), phi1 / D, xi2 / (g D), phi2 / D, the last two at a sample time of 5 ms."""
@@ -32,8 +38,8 @@ class Template:
 
     kind: str = StageKind.MBW
     drive: Input = Input.COMMAND
-    sample_time_s: float = 0.005
-    p0_mpa: float = 0.2
+    sample_time_s: float = _BOUNDS_AT_S
+    p0_mpa: float = _P0_MPA
     u_unit_mpa: float = 0.2
     joint: str = StageKind.RIGID
     free_offset: bool = False
@@ -43,7 +49,7 @@ class Template:
     it."""
 
 
-def template_model(template: Template, gain_deg: float = 40.0) -> Model:
+def template_model(template: Template, gain_deg: float = _GAIN_DEG) -> Model:
     """A model with free parameters in the middle of their bounds; ModelError for a kind that does not exist.
 
     `gain_deg` is g, see `input_gain`; its sign is that of the rig's.
@@ -90,7 +96,7 @@ def input_gain(records: list[Record], u_unit_mpa: float) -> float:
             # sign
             sign = np.sign(np.dot(np.cumsum(dp - dp.mean()), np.cumsum(angle - angle.mean())))
             gains.append(float(sign * np.ptp(angle) / np.ptp(dp)) * u_unit_mpa)
-    return max(gains, key=abs) or 40.0
+    return max(gains, key=abs) or _GAIN_DEG
 
 
 def rest_pressure(records: list[Record]) -> float:
@@ -101,11 +107,11 @@ def rest_pressure(records: list[Record]) -> float:
         for first, second in ((record.p1_cmd_mpa, record.p2_cmd_mpa), (record.p1_mpa, record.p2_mpa)):
             if first is not None and second is not None and np.isfinite(first + second).any():
                 return round(float(np.nanmean(0.5 * (first + second))), 2)
-    return 0.2
+    return _P0_MPA
 
 
 def _muscle_bounds(template: Template, gain_deg: float) -> dict[str, tuple[float, float]]:
-    divisor, ticks = template.sample_time_s, template.sample_time_s / 0.005
+    divisor, ticks = template.sample_time_s, template.sample_time_s / _BOUNDS_AT_S
     scale = gain_deg * divisor
     bounds = {name: (max(0.0, 1.0 - high * ticks), 1.0 - low * ticks) for name, (low, high) in _LEAK.items()}
     xi = (min(0.0, _XI * scale), max(0.0, _XI * scale))

@@ -42,6 +42,13 @@ _FAILED = Flag.READ_ERROR | Flag.SUSPECT | Flag.BROKEN_WIRE
 _CLOCK_SET_NS: Final = 946_684_800_000_000_000
 """1 January 2000: a wall clock before it was never set."""
 _OLDEST_AGE_NS: Final = 10_000_000_000
+_GAP_PERIODS: Final = 1.5
+"""Two rows further apart than this are a gap, in periods: half a period is more than any clock jitters, and one tick
+left out is two."""
+_ANGLES_DEG: Final = (-360.0, 360.0)
+"""What an angle from its zero can be (`rig.realtime.guard.Limits.angle_deg`)."""
+_ROUNDING: Final = 1e-9
+"""A value beyond its range by no more is on its end, in its own unit."""
 
 
 def check(path: Path) -> list[str]:
@@ -213,17 +220,17 @@ def _check_steps(samples: Samples) -> Iterator[str]:
     steps_ns, counted = np.diff(samples["scheduled_ns"]), np.diff(samples["tick"].astype(np.int64)) == 1
     if (falls := steps_ns <= 0).any():
         yield f"time does not rise: {int(falls.sum())} times, first after tick {_first(samples, falls)}"
-    gaps = counted & (steps_ns > 1.5 * np.median(steps_ns))
+    gaps = counted & (steps_ns > _GAP_PERIODS * np.median(steps_ns))
     if gaps.any():
         yield (
-            f"{int(gaps.sum())} gaps in time longer than 1.5 periods, first {steps_ns[gaps][0] / 1e9:g} s after tick "
-            f"{_first(samples, gaps)}"
+            f"{int(gaps.sum())} gaps in time longer than {_GAP_PERIODS:g} periods, first {steps_ns[gaps][0] / 1e9:g} s "
+            f"after tick {_first(samples, gaps)}"
         )
 
 
 def _check_values(samples: Samples, limits: Limits) -> Iterator[str]:
     """Values outside what the sensor can give; those that the guard itself marked as failed are known to be wrong."""
-    ranges = {"p1_mpa": limits.monitor_mpa, "p2_mpa": limits.monitor_mpa, "angle_deg": (-360.0, 360.0)}
+    ranges = {"p1_mpa": limits.monitor_mpa, "p2_mpa": limits.monitor_mpa, "angle_deg": _ANGLES_DEG}
     ranges |= dict.fromkeys(("p1_cmd_mpa", "p2_cmd_mpa"), limits.pressure_mpa)
     known_bad = (samples["flags"] & np.uint32(_FAILED)) != 0
     for name, (low, high) in ranges.items():
@@ -241,7 +248,7 @@ def _check_values(samples: Samples, limits: Limits) -> Iterator[str]:
 def _outside(
     name: str, values: NDArray[Any], low: float, high: float, places: NDArray[Any], place: str, judged: Any
 ) -> Iterator[str]:
-    wrong = judged & ((values < low - 1e-9) | (values > high + 1e-9) | np.isinf(values))
+    wrong = judged & ((values < low - _ROUNDING) | (values > high + _ROUNDING) | np.isinf(values))
     if wrong.any():
         row = int(np.argmax(wrong))
         times = int(wrong.sum())
@@ -251,17 +258,17 @@ def _outside(
 def _check_columns(record: Record) -> Iterator[str]:
     """A log without ticks: what can be said of its columns."""
     limits = Limits()
-    ranges = {"p1_mpa": limits.monitor_mpa, "p2_mpa": limits.monitor_mpa, "angle_deg": (-360.0, 360.0)}
+    ranges = {"p1_mpa": limits.monitor_mpa, "p2_mpa": limits.monitor_mpa, "angle_deg": _ANGLES_DEG}
     for name, column in record.columns().items():
         low, high = ranges.get(name, (-np.inf, np.inf))
         yield from _outside(name, column, low, high, record.t_s, "second", True)
         if name in ranges and np.isnan(column).any():
             yield f"{name} is missing in {int(np.isnan(column).sum())} of {len(record)} rows"
     steps = np.diff(record.t_s)
-    if len(steps) and (gaps := steps > 1.5 * record.period_s).any():
+    if len(steps) and (gaps := steps > _GAP_PERIODS * record.period_s).any():
         row = int(np.argmax(gaps))
         yield (
-            f"{int(gaps.sum())} gaps in time longer than 1.5 periods, first {steps[row]:g} s after "
+            f"{int(gaps.sum())} gaps in time longer than {_GAP_PERIODS:g} periods, first {steps[row]:g} s after "
             f"{record.t_s[row]:g} s"
         )
 

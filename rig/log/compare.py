@@ -23,6 +23,9 @@ LEAST_OVERLAP: Final = 0.5
 """Share of the shorter record that two records must have in common."""
 _SAME_COMMAND: Final = 1e-6
 """Rms of the commands' difference (MPa) below which they need no shift."""
+_ON_THE_GRID: Final = 0.2
+"""A row that comes this share of a period after its place on the grid is that place's: time stamps jitter and are
+rounded. More than half would take the next row."""
 AS_GOOD: Final = 0.25
 ALIKE: Final = 1e-3
 """A periodic command agrees at every period, and never quite the same: another rate, another rounding, another piece of
@@ -267,7 +270,7 @@ def _on_rows(record: Record, dt_s: float) -> Column:
             f"{1e3 * dt_s:g} ms; allowed: {MOST_ROWS}; is a time stamp wrong, or in another unit?"
         )
     grid = np.arange(round(time[-1] / dt_s) + 1) * dt_s
-    held = np.clip(np.searchsorted(time, grid + 0.2 * dt_s, side="right") - 1, 0, len(time) - 1)
+    held = np.clip(np.searchsorted(time, grid + _ON_THE_GRID * dt_s, side="right") - 1, 0, len(time) - 1)
     return np.asarray(record.dp_cmd_mpa[held])
 
 

@@ -34,6 +34,9 @@ records:
 """
 _RECORDS: Final = 5
 _MOST_INTERRUPTIONS: Final = 100
+_FIRST_PAUSE_S, _LONGER, _MOST_PAUSE_S = 0.5, 1.2, 5.0
+"""Between two looks at the processes: at first often, so that a short soak has samples for a slope, then every 5 s, so
+that looking costs a long one nothing."""
 _AROUND_S: Final = 4.0  # settle, zero and ramps of a record
 
 
@@ -123,7 +126,7 @@ def _sweep(
 def _watch(client: Any, note: Callable[[float, str], None], total: int) -> Watched:
     """Until the job is over. What stops it on the way is noted, and it goes on as an operator would let it."""
     seen = Watched()
-    pause_s = 0.5
+    pause_s = _FIRST_PAUSE_S
     while True:
         seen.last = status = client.status()
         _look(status["processes"], seen)
@@ -139,7 +142,7 @@ def _watch(client: Any, note: Callable[[float, str], None], total: int) -> Watch
                 seen.usage.clear()  # new processes
             client.start()
         time.sleep(pause_s)
-        pause_s = min(pause_s * 1.2, 5.0)
+        pause_s = min(pause_s * _LONGER, _MOST_PAUSE_S)
 
 
 def _look(processes: dict[str, Any], seen: Watched) -> None:

@@ -4,6 +4,11 @@ import time
 from collections.abc import Callable
 from typing import Final
 
+_WORTH_IT: Final = 2
+"""Who wakes with less than 1/2 of `early_ns` left does not rehearse: a rehearsal takes about as long, and one that is
+late delays the tick."""
+_SPARE: Final = 8
+"""A further rehearsal begins only when it would leave 1/8 of `early_ns`, if it takes as long as the last one."""
 _LONGEST_PAUSE: Final = 1000
 """Waits without a rehearsal, after many that were late."""
 
@@ -47,14 +52,14 @@ class WarmUpClock(MonotonicClock):
     def _rehearse_until(self, deadline_ns: int) -> None:
         """Rehearse as often as there is time for, so that the last one is fresh; double the pause when that was late,
         else halve it."""
-        now_ns, needs_ns = time.monotonic_ns(), self.early_ns // 2
+        now_ns, needs_ns = time.monotonic_ns(), self.early_ns // _WORTH_IT
         if deadline_ns - now_ns <= needs_ns:
             return
         while deadline_ns - now_ns > needs_ns:
             began_ns = now_ns
             self.rehearse()
             now_ns = time.monotonic_ns()
-            needs_ns = now_ns - began_ns + self.early_ns // 8
+            needs_ns = now_ns - began_ns + self.early_ns // _SPARE
         in_time = now_ns <= deadline_ns
         self._pause = self._pause // 2 if in_time else min(2 * self._pause + 1, _LONGEST_PAUSE)
         self._left_out = 0 if in_time else self._pause

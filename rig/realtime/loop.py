@@ -40,6 +40,8 @@ _NO_MEASUREMENT = Measurement(flags=P1_ABSENT | P2_ABSENT | ANGLE_ABSENT | READ_
 
 LOOKS = 3
 """Ticks in which the safe state is read back from the device, as long as it does not answer."""
+_LAST_TRIES = 3
+"""Failed writes of the safe state on the way out after which the supervisor is better placed."""
 _LAST_WAITS = 200
 """On the way out, for a wire that carries the safe state: of half a period each, longer than 1200 baud take."""
 LEAVING_NS = 1_000_000_000
@@ -388,7 +390,7 @@ class Loop:
     def leave(self) -> None:
         """Safe state, then let go; an unreachable device is left to its own watchdog and to the supervisor."""
         self.ring.beat(LEAVING_NS)
-        self._safe_owed, attempts = True, 3
+        self._safe_owed, attempts = True, _LAST_TRIES
         try:
             for _ in range(_LAST_WAITS):
                 self._write_safe()

@@ -15,6 +15,12 @@ from rig.realtime.shared import HEADER_WORDS, SharedBlock
 from rig.sample import SAMPLE_BYTES, Sample, pack_into, unpack
 
 CAPACITY: Final = 8192
+PACE_PATIENCE_S: Final = 5.0
+"""So long a virtual clock waits for a recorder that does not move: a disk that is flushed takes seconds, a dead one for
+ever."""
+_PACE_POLL_S: Final = 0.0002
+_READS: Final = 3
+"""Looks at what another process writes meanwhile; one is enough unless the write is met in its middle."""
 _SLOT: Final = 8 + (SAMPLE_BYTES + 7) // 8 * 8  # sequence number, then the packed sample
 _WORDS: Final = 9
 _HEAD, _HEARTBEAT, _RECORDER, _CAPACITY, _PRODUCER, _TELLINGS, _SAFE, _SAFE_SEEN, _SAFE_COMING = range(
@@ -108,7 +114,7 @@ class Ring:
     @property
     def told(self) -> str:
         """What the device last complained of, in the driver's words; empty when it never did."""
-        for _ in range(3):  # odd: it is being written
+        for _ in range(_READS):  # odd: it is being written
             tellings = self._words[_TELLINGS]
             text = bytes(self.block.bytes[_TEXT : _TEXT + _TEXT_BYTES])
             if tellings % 2 == 0 and tellings == self._words[_TELLINGS]:
@@ -117,7 +123,7 @@ class Ring:
 
     def latest(self) -> Sample | None:
         """The newest sample; None before the first."""
-        for _ in range(3):  # a reader that is overtaken by a whole turn of the ring tries again
+        for _ in range(_READS):  # a reader that is overtaken by a whole turn of the ring tries again
             head = self.head
             if head == 0:
                 return None
@@ -135,7 +141,7 @@ class Ring:
         packed = bytes(self.block.bytes[offset + 8 : offset + 8 + SAMPLE_BYTES])
         return packed if self._words[word] == sequence + 1 else None
 
-    def pace(self, patience_s: float = 5.0, poll_s: float = 0.0002) -> None:
+    def pace(self, patience_s: float = PACE_PATIENCE_S, poll_s: float = _PACE_POLL_S) -> None:
         """Wait until the recorder has half the ring free: what a virtual clock may wait for before time passes.
 
         A recorder that does not move for `patience_s` is taken for dead; its losses are then counted, not waited for.

@@ -29,6 +29,8 @@ _FD_SETSIZE: Final = 1024
 """select(2) knows no descriptor from there on, of which a notebook may hold many."""
 _SAME_LOSS_NS: Final = 5_000_000_000
 """What was seen by others at most so long before is the same loss."""
+_READS: Final = 3
+"""Looks at a report that is being told meanwhile."""
 _LOOKS: Final = 5
 """Attempts to read back what was written; then "written" is all that can be said."""
 
@@ -161,7 +163,7 @@ class SafeBlock:
     def report(self, writer: Writer) -> SafeReport:
         """What that writer told last."""
         at = self._at(writer)
-        for _ in range(3):  # odd: it is being told
+        for _ in range(_READS):  # odd: it is being told
             tellings = self._words[at + self._TELLINGS]
             verdict, outcome, *times = (self._words[at + self._VERDICT + i] for i in range(6))
             if tellings % 2 == 0 and tellings == self._words[at + self._TELLINGS]:

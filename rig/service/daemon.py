@@ -46,6 +46,9 @@ _SWITCH_S: Final = 0.0002
 _NICE: Final = -10
 """Where it is allowed: the loop stops when this process does not get to its heartbeat for a second."""
 _HOUSEKEEPING_S: Final = 10.0
+_FEEDINGS: Final = 4
+"""Within the time of systemd's watchdog (sd_notify(3) asks for two): three may be missed."""
+_WITHOUT_WATCHDOG_S: Final = 1.0
 _SOCKET_S: Final = 0.5
 """How often the socket is looked for."""
 _END_US: Final = 20_000_000
@@ -189,7 +192,7 @@ class Daemon:
     async def _turn(self) -> None:
         """Many times a second: look after the session, report faults, feed the watchdog."""
         fed, beat_ns = 0.0, -1
-        period_s = (self._notifier.watchdog_s or 1.0) / 4
+        period_s = (self._notifier.watchdog_s or _WITHOUT_WATCHDOG_S) / _FEEDINGS
         while True:
             if not self._resetting:
                 self._monitor.check()

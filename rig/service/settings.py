@@ -15,6 +15,9 @@ from rig.service.connections.socket_access import default_socket
 from rig.service.records.retention import Policy
 
 _MOST_TOKEN_BYTES: Final = 4096
+LEAST_TOKEN_CHARACTERS: Final = 16
+"""64 bits where they are hexadecimal: more than anybody guesses in the time that the page leaves between two wrong
+ones."""
 
 
 def default_state_folder() -> Path:
@@ -175,6 +178,8 @@ def read_token(file: Path) -> str:
         token = read_text(file, _MOST_TOKEN_BYTES).strip()
     except ConfigError as error:
         raise RigError(f"the token cannot be read: {error}") from None
-    if len(token) < 16:
-        raise RigError(f"{file}: a token has at least 16 characters; make one with `openssl rand -hex 16`")
+    if len(token) < LEAST_TOKEN_CHARACTERS:
+        raise RigError(
+            f"{file}: a token has at least {LEAST_TOKEN_CHARACTERS} characters; make one with `openssl rand -hex 16`"
+        )
     return token

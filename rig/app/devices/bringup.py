@@ -28,9 +28,15 @@ from rig.sample import BROKEN_WIRE, SUSPECT, Flag
 from rig.service.session.session import ending_signals
 
 SLEW_MPA_S: Final = 0.1
+"""A fiftieth of what the guard allows in a run: somebody may have a hand at the joint."""
+KEPT_TICKS: Final = 2000
+"""Measurements kept at most: 10 s at 5 ms, ten times what anybody averages."""
+_WAIT_LOOK_S: Final = 0.01
+"""How often whoever waits for the ticker looks whether it still lives."""
 LOOK_S: Final = 0.2
 """Measurements over this time are averaged before and after a step."""
 MAKE_SAFE_S: Final = 2.0
+"""For the safe state on the way out; a slow wire confirms within tenths of a second."""
 PRIORITY: Final = 20
 """Real-time, where it is allowed: a device that watches for silence gives a busy machine a few periods only."""
 PATIENCE: Final = 20
@@ -52,7 +58,7 @@ class DeviceTicker:
         self._device, self._period_ns, self._safe, self._supervision = device, period_ns, safe_mpa, supervision
         self._goal: tuple[float, float] | None = None
         self._at: tuple[float, float] | None = None
-        self._history: deque[Measurement] = deque(maxlen=2000)
+        self._history: deque[Measurement] = deque(maxlen=KEPT_TICKS)
         self._quit = threading.Event()
         self._error: DeviceError | None = None
         self._thread = threading.Thread(target=self._ticks, name="ticker", daemon=True)
@@ -112,7 +118,7 @@ class DeviceTicker:
         self._goal = (p1_mpa, p2_mpa)
         while self._at != self._goal:
             self._alive()
-            time.sleep(0.01)
+            time.sleep(_WAIT_LOOK_S)
         self.wait(settle_s)
 
     def _standing(self, goal_mpa: tuple[float, float]) -> tuple[float, float]:
@@ -141,7 +147,7 @@ class DeviceTicker:
         until = time.monotonic() + seconds
         while time.monotonic() < until:
             self._alive()
-            time.sleep(0.01)
+            time.sleep(_WAIT_LOOK_S)
 
     def collect(self, seconds: float) -> list[Measurement]:
         """What is measured from now on, for so long; DeviceError when nothing comes."""

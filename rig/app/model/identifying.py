@@ -25,6 +25,11 @@ from rig.record import Record
 DEFAULT_SAMPLE_TIME_S = 0.005
 SHORTEST_SAMPLE_TIME_S, LONGEST_SAMPLE_TIME_S = 0.001, 0.05
 """Outside, a period is more often a wrong unit of time than a rig."""
+_SAMPLE_TIMES_S = (1e-4, 1.0)
+"""What --sample-time may insist on, 10 kHz to 1 Hz."""
+_SWEEP_AMPLITUDES_MPA = (0.01, 1.0)
+"""Between these the amplitude of the sweep range is taken from the records: a verdict at next to none says nothing, and
+no regulator gives more."""
 SLOWEST_HZ, FASTEST_HZ = 0.01, 20.0
 """Between these a model may be asked to stay bounded."""
 _SMALLER = (("ms", 1e3), ("us", 1e6), ("ns", 1e9))
@@ -52,8 +57,9 @@ class StartOptions:
     """None: identified where the records show it."""
 
     def __post_init__(self) -> None:
-        if self.sample_time_s is not None and not 1e-4 <= self.sample_time_s <= 1.0:
-            raise ConfigError(f"sample_time_s: {self.sample_time_s:g} s; allowed is 0.0001 to 1 s")
+        low, high = _SAMPLE_TIMES_S
+        if self.sample_time_s is not None and not low <= self.sample_time_s <= high:
+            raise ConfigError(f"sample_time_s: {self.sample_time_s:g} s; allowed is {low:g} to {high:g} s")
 
 
 @dataclass(frozen=True)
@@ -164,4 +170,5 @@ def sweep_range(low_hz: float, high_hz: float, amplitude_mpa: float | None, reco
             f"sweep range {low_hz:g}-{high_hz:g} Hz: allowed is {SLOWEST_HZ:g} to {FASTEST_HZ:g} Hz, lower one first"
         )
     largest = max(float(np.nanmax(np.abs(record.dp_cmd_mpa))) for record in records)
-    return SweepRange(low_hz, high_hz, amplitude_mpa or round(min(max(largest, 0.01), 1.0), 3))
+    least, most = _SWEEP_AMPLITUDES_MPA
+    return SweepRange(low_hz, high_hz, amplitude_mpa or round(min(max(largest, least), most), 3))

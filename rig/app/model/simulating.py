@@ -24,6 +24,8 @@ from rig.own_units import own_plain
 from rig.record import MAIN_COLUMNS, Record
 
 ON_TIME = {"p50": 0.0, "p99": 0.0, "max": 0.0}
+_PLANT_PERIOD_S = 0.005
+"""At which a sweep is laid out for a physics plant, s: the paper's rig. A record brings its own."""
 
 
 @dataclass(frozen=True)
@@ -94,7 +96,7 @@ def by_plant(family: str, unit: int, session: int) -> Simulator:
         measured: dict[str, Any] = {name: made[name] for name in MAIN_COLUMNS if name not in ("t_s", "dp_cmd_mpa")}
         return replace(record, extra={}, **measured)
 
-    return Simulator(answer, 0.005, {"plant": unit, "session": f"{family} {unit}, day {session}"})
+    return Simulator(answer, _PLANT_PERIOD_S, {"plant": unit, "session": f"{family} {unit}, day {session}"})
 
 
 def simulate_all(commands: Path, simulator: Simulator, output: Path) -> Iterator[Simulated]:

@@ -27,6 +27,8 @@ from rig.record import Record
 from rig.report.shown_text import in_one_line
 from rig.sample import Phase
 
+_SHORTEST_PERIOD_S: Final = 1e-4
+"""Of an export on a regular grid: 50 rows for each of 5 ms. Shorter fills the disk with what was interpolated."""
 IMPORTED: Final = "imported_from"
 """The run fact of a log that was made of another tool's file, of whose run nothing is known: that file's name."""
 UNFINISHED: Final = "not finished: still being written, or cut; `pamrig log recover` saves what it holds"
@@ -206,9 +208,10 @@ def contents_of(path: Path, period_s: float | None) -> list[tuple[Path, LogConte
 
 
 def _resampled(record: Record, period_s: float) -> Record:
-    if not 1e-4 <= period_s <= record.t_s[-1]:
+    if not _SHORTEST_PERIOD_S <= period_s <= record.t_s[-1]:
         raise RecordError(
-            f"{record.source}: a period of {period_s:g} s; allowed is 0.0001 s up to the record's {record.t_s[-1]:g} s"
+            f"{record.source}: a period of {period_s:g} s; allowed is {_SHORTEST_PERIOD_S:g} s up to the "
+            f"record's {record.t_s[-1]:g} s"
         )
     facts = dict(record.facts) | {"resampled_to_s": period_s, "resampled_from_rows": len(record)}
     kept = {"reference_deg", *(one.name for one in furthers_of(facts))}

@@ -15,6 +15,7 @@ from rig.channels import common
 from rig.errors import RecordError
 from rig.identify.records.mix_ups import mix_ups, strange_clock
 from rig.identify.records.monitors import dead_monitor
+from rig.log.foreign.units import PRESSURE_SIZES, unit_by_size
 from rig.model.driving import driving_pressures
 from rig.model.external.simulator import KIND as EXTERNAL
 from rig.model.parameters import Input, Model
@@ -30,14 +31,20 @@ MOST_MISSING = 0.05
 LEAST_INPUT_MPA = 0.005
 LEAST_OUTPUT_DEG = 0.05
 """Peak to peak below which a record excites nothing."""
-MOST_PRESSURE_MPA = 1.2
+MOST_PRESSURE_MPA = PRESSURE_SIZES[0][0]
 """More than any regulator of the rig can set: another unit."""
 MOST_ANGLE_DEG = 3600.0
 """More than a potentiometer of ten turns shows: counts, or a broken value."""
 LEAST_REPEATS = 0.02
 """Share of rows from which equal measurements mean repeated packets, and not a chance of the converters."""
 RADIANS = 1.6
-"""An angle that stays below this while the pressure moves by 0.1 MPa and more is probably in radians."""
+RADIANS_MOVED_MPA = 0.1
+"""An angle that stays below RADIANS while the pressure moves by this much is probably in radians: a rig of 150 deg/MPa
+turns by 15 deg then. Less pressure, and a stiff joint that is measured in degrees is refused until --trust-units says
+so."""
+SAME_PERIOD = 0.02
+"""Share by which a record's period may differ from the model's: times that a log rounds to 0.1 ms put a period of 5 ms
+off by 2 %. As much as is let through is missing in every time constant afterwards."""
 
 
 @dataclass(frozen=True)
@@ -149,7 +156,7 @@ def _check_times(record: Record, dt_s: float, resample: bool) -> None:
     if not np.all(np.isfinite(record.t_s)) or np.any(steps <= 0):
         where = int(np.argmin(np.where(np.isfinite(steps), steps, -1.0)))
         raise RecordError(f"{name}: time does not rise after {record.t_s[where]:g} s")
-    if abs(record.period_s / dt_s - 1.0) > 0.02 and not resample:
+    if abs(record.period_s / dt_s - 1.0) > SAME_PERIOD and not resample:
         own = f"{record.period_s * 1e3:.4g} ms"
         raise RecordError(
             f"{name}: sampled every {own}, the model works at {dt_s * 1e3:g} ms; "
@@ -198,7 +205,8 @@ def strange_units(record: Record) -> str | None:
     for name in ("dp_cmd_mpa", "p1_mpa", "p2_mpa"):
         largest = _largest(getattr(record, name))
         if largest > MOST_PRESSURE_MPA:
-            unit = "bar" if largest < 15.0 else "kPa or psi" if largest < 2000.0 else "Pa"
+            unit = unit_by_size(largest, PRESSURE_SIZES)
+            unit = "kPa or psi" if unit == "kPa" else unit
             return (
                 f"{name} reaches {largest:.4g}, more than any regulator gives ({MOST_PRESSURE_MPA:g} MPa); is "
                 f"it in {unit}?"
@@ -233,7 +241,7 @@ def _check_units(record: Record) -> None:
     if (
         angle is not None
         and record.channels.has_valves
-        and np.ptp(record.dp_cmd_mpa) >= 0.1
+        and np.ptp(record.dp_cmd_mpa) >= RADIANS_MOVED_MPA
         and LEAST_OUTPUT_DEG < np.nanmax(np.abs(angle)) <= RADIANS
     ):
         raise RecordError(

@@ -6,9 +6,10 @@ from typing import Final
 import numpy as np
 
 from rig.columns import correlation
+from rig.log.foreign.units import STEP_SIZES, unit_by_size
 from rig.record import Column, Record
 
-SLOWEST_S: Final = 0.5
+SLOWEST_S: Final = STEP_SIZES[0][0]
 """No record of a rig whose muscles answer within 0.1 s is sampled more slowly; what looks so is in another unit."""
 MOVED_MPA: Final = 0.01
 """Pressures that differ by more than this were commanded: five times what a monitor's noise reaches."""
@@ -18,9 +19,9 @@ OPPOSED: Final = -0.7
 
 def strange_clock(record: Record) -> str | None:
     """What no clock of this kind of rig shows, and the unit that the time may be in."""
-    if len(record) < 2 or record.period_s < SLOWEST_S:
+    if len(record) < 2 or record.period_s <= SLOWEST_S:
         return None
-    unit = "ms" if record.period_s < 500.0 else "us" if record.period_s < 5e5 else "ns"
+    unit = unit_by_size(record.period_s, STEP_SIZES)
     return f"t_s rises by {record.period_s:.4g} a row, too slow for this kind of rig; is t_s in {unit}?"
 
 

@@ -14,6 +14,18 @@ STANDS = 1e-4
 """A descent is over when a step betters the sum of squares by less than this share of it."""
 
 
+_DAMPING, _LEAST_DAMPING = 1e-3, 1e-3
+"""Levenberg-Marquardt damping at the start, and the least that is raised when a step was no good."""
+_MORE_DAMPING, _LESS_DAMPING = 8.0, 0.2
+"""Its factor after a step that was no good, and after one that was: the usual order of ten, a little less, for of the
+handful of steps that a fit has none is to be lost."""
+_MOST_RAISED = 4
+"""Steps that were no good, one after the other, after which the descent stands: the damping is then 4000-fold."""
+_DIFFERENCE, _LEAST_DIFFERENCE = 0.01, 1e-4
+"""Step of the difference quotients: share of the value, and at least this share of the range. The residuals of elements
+that slip are not smooth in the small: a shorter step takes one corner for the slope."""
+
+
 @kernel(nogil=True)
 def square_sum(column: Column) -> float:  # pragma: no cover
     """Sum of squares. Not numpy's: a threaded BLAS costs more than it gives on columns of this length."""
@@ -59,14 +71,14 @@ def descend(residual: Callable[[Column], Column], start: Column, low: Column, hi
     x = np.clip(start, low, high)
     now = residual(x)
     cost = square_sum(now)
-    damping = 1e-3
+    damping = _DAMPING
     slopes = _slopes(residual, x, now, low, high)
     one = np.zeros(len(now))
     for _ in range(steps):
         grams, pulls, _costs = normal(slopes, now, one, 1)
         gram, pull = grams[0], pulls[0]
         moved = False
-        for _ in range(4):
+        for _ in range(_MOST_RAISED):
             lift = damping * np.diag(gram) + 1e-30
             trial = _stepped(gram + np.diag(lift), pull, x, low, high)
             then = residual(trial)
@@ -74,11 +86,11 @@ def descend(residual: Callable[[Column], Column], start: Column, low: Column, hi
             if np.isfinite(better) and better < cost:
                 moved = True
                 break
-            damping = max(damping, 1e-3) * 8.0
+            damping = max(damping, _LEAST_DAMPING) * _MORE_DAMPING
         if not moved:
             break
         gained = (cost - better) / max(cost, 1e-300)
-        x, now, cost, damping = trial, then, better, damping * 0.2
+        x, now, cost, damping = trial, then, better, damping * _LESS_DAMPING
         if gained < STANDS:  # the slopes of where it came from are those of where it is
             break
         slopes = _slopes(residual, x, now, low, high)
@@ -122,10 +134,10 @@ def _outwards(slope: Column, at: Column, low: Column, high: Column) -> NDArray[n
 
 
 def _slopes(residual: Callable[[Column], Column], x: Column, now: Column, low: Column, high: Column) -> Column:
-    """Derivatives by a step of 1 % of the value (at least 1e-4 of the range), inwards at a bound."""
+    """Derivatives by differences, inwards at a bound."""
     slopes = np.zeros((len(now), len(x)))
     for k in range(len(x)):
-        step = max(0.01 * abs(x[k]), 1e-4 * (high[k] - low[k]))
+        step = max(_DIFFERENCE * abs(x[k]), _LEAST_DIFFERENCE * (high[k] - low[k]))
         if x[k] + step > high[k]:
             step = -step
         there = x.copy()

@@ -51,6 +51,8 @@ _STARTS = ((0.05, 19.8), (0.05, 1.0))
 
 
 _MOST_STEPS = 80
+_SLOPE_TICKS = 10
+"""Ticks over which the steepest change of a fitted pressure is taken; over fewer, a corner of the set-point counts."""
 
 
 @dataclass(frozen=True)
@@ -198,8 +200,8 @@ def _fit(steps: Sequence[_Step], dt_s: float) -> _Fit:
 
 
 def _fastest(steps: Sequence[_Step], values: Column, dt_s: float, name: str) -> float:
-    """The steepest rise (fill) or fall (exhaust) of the fitted pressure over 10 ticks, MPa/s: of the measured one it
+    """The steepest rise (fill) or fall (exhaust) of the fitted pressure over some ticks, MPa/s: of the measured one it
     would be the monitor's noise."""
     sign = 1.0 if name.startswith("fill") else -1.0
     said = [_simulated(values, step, dt_s) for step in steps]
-    return max(float(np.max(sign * (pressure[10:] - pressure[:-10]))) / (10 * dt_s) for pressure in said)
+    return max(float(np.max(sign * (p[_SLOPE_TICKS:] - p[:-_SLOPE_TICKS]))) / (_SLOPE_TICKS * dt_s) for p in said)

@@ -20,6 +20,10 @@ from rig.identify.search.swarm import Swarm, SwarmSettings
 
 Table = NDArray[np.float64]
 
+_FIRST_SPREAD = 0.3
+"""Standard deviation that CMA-ES starts with, as a share of each parameter's range: Hansen, The CMA Evolution Strategy:
+A Tutorial, asks for 0.3 of the range in which the optimum lies. Less finds the nearest valley, more the bounds."""
+
 
 class Optimizer(Protocol):
     """Asks for points and is told how good they are."""
@@ -72,7 +76,11 @@ class CmaEs(_Best):
 
         mean, box = self._random.random(self._dimension), np.tile([0.0, 1.0], (self._dimension, 1))
         self._engine = CMA(
-            mean=mean, sigma=0.3, bounds=box, seed=int(self._random.integers(2**31)), population_size=population
+            mean=mean,
+            sigma=_FIRST_SPREAD,
+            bounds=box,
+            seed=int(self._random.integers(2**31)),
+            population_size=population,
         )
 
     def ask(self) -> Table:

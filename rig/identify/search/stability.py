@@ -59,6 +59,14 @@ _SHAPED_MPA = 0.1
 """Amplitude with which a form is computed; the others are multiples of it."""
 
 
+_FREQUENCIES, _MIXED_FREQUENCIES = 13, 3
+"""Of the verdict, evenly over the range: at 0.2 to 0.8 Hz a sine every 0.05 Hz. A resonance narrower than that may lie
+between two; the mixed sines last three times as long and are fewer."""
+_AMPLITUDES = (0.25, 0.5, 0.75, 1.0)
+"""Of the verdict, as shares of the range's: what is bounded at full amplitude may diverge at a smaller one, where less
+slips."""
+
+
 def search_signals(sweep: SweepRange) -> list[Signal]:
     """A few excitations that find most of what diverges: the ends and the middle of the range, sharp corners, the mixed
     sine."""
@@ -68,13 +76,14 @@ def search_signals(sweep: SweepRange) -> list[Signal]:
 
 
 def dense_signals(sweep: SweepRange) -> list[Signal]:
-    """Sines and triangles at 13 frequencies and 4 amplitudes, mixed sines at 3: what the verdict is taken on."""
+    """Sines and triangles over frequencies and amplitudes, and mixed sines: what the verdict is taken on."""
     found: list[Signal] = []
-    for frequency in np.linspace(sweep.low_hz, sweep.high_hz, 13):
-        for share in (0.25, 0.5, 0.75, 1.0):
+    for frequency in np.linspace(sweep.low_hz, sweep.high_hz, _FREQUENCIES):
+        for share in _AMPLITUDES:
             size = float(share * sweep.amplitude_mpa)
             found += [Sine(float(frequency), size), Triangle(float(frequency), size)]
-    return found + [Mixed(float(f), sweep.amplitude_mpa / 2) for f in np.linspace(sweep.low_hz, sweep.high_hz, 3)]
+    middles = np.linspace(sweep.low_hz, sweep.high_hz, _MIXED_FREQUENCIES)
+    return found + [Mixed(float(frequency), sweep.amplitude_mpa / 2) for frequency in middles]
 
 
 def excitation(signal: Signal, dt_s: float, periods: float) -> Column:

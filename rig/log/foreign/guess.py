@@ -22,7 +22,7 @@ from rig.log.foreign.kinds import FileKind, kind_of
 from rig.log.foreign.sniff import sniff
 from rig.log.foreign.stamps import FORMS
 from rig.log.foreign.tables import RawColumn, RawTable, raw_delimited, read_tdms
-from rig.log.foreign.units import UNITS, converted
+from rig.log.foreign.units import PRESSURE_SIZES, STEP_SIZES, UNITS, converted, unit_by_size
 from rig.log.mcap.columns import Array
 from rig.sample import WIRES
 
@@ -39,12 +39,16 @@ _PRESSURE: Final = ("p", "p1", "p2", "dp", "pressure", "druck", "pression", "mpa
 _DIFFERENCE: Final = ("dp", "delta", "diff", "difference", "differenz")
 _FIRST: Final = ("1", "p1", "a", "left", "l", "df", "flex", "agonist")
 _SECOND: Final = ("2", "p2", "b", "right", "r", "f", "ext", "antagonist")
-_PRESSURE_SIZES: Final = ((1.2, "MPa"), (15.0, "bar"), (2000.0, "kPa"), (np.inf, "Pa"))
-"""Largest value of a pressure of such a rig, and the unit that it is then in."""
-_STEP_SIZES: Final = ((0.5, "s"), (500.0, "ms"), (5e5, "us"), (np.inf, "ns"))
-"""Largest usual distance of two rows, and the unit of time that it is then in."""
 _MOST_RADIANS: Final = 3.3
+"""An angle without a unit that stays below this is in radians: half a turn and a little. A joint that moves by less
+than 3.3 deg and says no unit is taken for one in radians, which the proposal says."""
 _AGAINST: Final = -0.7
+"""Correlation from which on two columns run against each other (`rig.identify.records.mix_ups.OPPOSED`)."""
+_USUAL_PERIODS_S: Final = (1e-4, 0.5)
+"""Between these lies the period of a log whose unit of time is believed without a word: 10 kHz are more than any of the
+devices gives, 2 Hz less than shows a muscle. Outside only a doubt is said."""
+_NEARLY_SYMMETRIC: Final = 0.5
+"""A range whose shorter side of 0 reaches this share of the longer one is proposed symmetric, as a converter's is."""
 _UNIT_WORDS: Final = {unit.lower(): unit for unit in UNITS if unit not in ("in", "m", "A", "V", "N")} | {
     "n": "N", "v": "V", "in": "in", "m": "m", "sec": "s", "grad": "deg", "rads": "rad",
 }  # fmt: skip
@@ -159,9 +163,8 @@ def _time(seen: Sequence[_Seen], found: Guess, path: Path) -> _Seen:
     named = [one for one in rising if one.has(_TIME)]
     time = (named or rising)[0]
     step = float(np.median(np.diff(time.values)))
-    by_size = next(unit for most, unit in _STEP_SIZES if step <= most)
     stated = time.unit if time.quantity == "time" else None
-    unit = stated or by_size
+    unit = stated or unit_by_size(step, STEP_SIZES)
     period_s = step * UNITS[unit].times / UNITS[unit].by
     found.mapping["columns"] = {"t_s": {"source": time.name, "unit": unit}}
     why = "the file says" if time.stated else "its name says" if stated else f"its rows are {step:.4g} apart"
@@ -170,7 +173,7 @@ def _time(seen: Sequence[_Seen], found: Guess, path: Path) -> _Seen:
     )
     if not named and not time.stated:
         found.doubts.append(f"{time.name!r} is taken for the time because it rises from row to row")
-    if stated and not 1e-4 < period_s < 0.5:
+    if stated and not _USUAL_PERIODS_S[0] < period_s < _USUAL_PERIODS_S[1]:
         found.doubts.append(f"a row every {period_s:.4g} s is unusual; is {time.name!r} really in {unit}?")
     return time
 
@@ -292,10 +295,9 @@ def _unswapped(first: _Seen, second: _Seen, command: Array, found: Guess) -> tup
 
 def _pressure_unit(one: _Seen) -> tuple[str, str]:
     largest = float(np.max(np.abs(_known(one))))
-    by_size = next(unit for most, unit in _PRESSURE_SIZES if largest <= most)
     if one.unit is not None and one.quantity == "pressure":
         return one.unit, "its name says"
-    return by_size, f"its largest value is {largest:.3g}"
+    return unit_by_size(largest, PRESSURE_SIZES), f"its largest value is {largest:.3g}"
 
 
 def _say_sign(found: Guess, angle: _Seen, command: Array) -> None:
@@ -342,7 +344,7 @@ def _channel_name(one: _Seen, slot: str) -> str:
 def _range(values: Array) -> tuple[float, float]:
     """The ends of what was reached, two digits of its width outwards; symmetric about 0 where it nearly is."""
     low, high = float(values.min()), float(values.max())
-    if low < 0.0 < high and min(-low, high) > 0.5 * max(-low, high):
+    if low < 0.0 < high and min(-low, high) > _NEARLY_SYMMETRIC * max(-low, high):
         low, high = -max(-low, high), max(-low, high)
     step = 10.0 ** (np.floor(np.log10(max(high - low, 1e-12))) - 1)
     ends = np.floor(low / step) * step, np.ceil(high / step) * step

@@ -52,6 +52,14 @@ UNITS: Final = {
     "mA": UnitConversion("current", 1, 1000),
 }
 
+PRESSURE_SIZES: Final = ((1.2, "MPa"), (15.0, "bar"), (2000.0, "kPa"), (math.inf, "Pa"))
+"""Largest value of a pressure of such a rig, and the unit that it is then in: the regulators end at 0.5 to 0.9 MPa,
+which is 5 to 9 bar and 500 to 900 kPa, and each bound lies between two of these. A bound that moves moves which unit a
+table that names none is taken for; psi (73 to 130) lie among the kPa and are told by their name only."""
+STEP_SIZES: Final = ((0.5, "s"), (500.0, "ms"), (5e5, "us"), (math.inf, "ns"))
+"""Largest usual distance of two rows, and the unit of time that it is then in: no rig whose muscles answer within 0.1 s
+is sampled more slowly than every 0.5 s, and none faster than every 0.5 ms."""
+
 _SPELT: Final = {
     "bar": "bar", "bars": "bar", "psi": "psi",
     "deg": "deg", "degs": "deg", "degree": "deg", "degrees": "deg", "rad": "rad", "radian": "rad", "radians": "rad",
@@ -60,6 +68,11 @@ _SPELT: Final = {
 }  # fmt: skip
 """How LabVIEW and DIAdem spell units, whatever their case: words that no other unit is written with."""
 _SUFFIXES = {"_mpa": "MPa", "_deg": "deg", "_s": "s"}
+
+
+def unit_by_size(value: float, sizes: tuple[tuple[float, str], ...]) -> str:
+    """The unit in which a largest value is this large: the first of the `sizes` that holds it."""
+    return next(unit for most, unit in sizes if value <= most)
 
 
 def unit_in_name(column: str) -> str | None:

@@ -25,6 +25,8 @@ from rig.sample import WIRES, Wire, tag_bytes
 Array = NDArray[Any]
 
 _FIXED = {getattr(FieldDescriptor, f"TYPE_{kind.upper()}"): kind for kind in ("fixed32", "sfixed64", "double")}
+_MOST_NUMBER: Final = 2**11 - 1
+"""Of a field, up to which its tag is one or two bytes long (Protobuf encoding: 3 bits of wire type, 7 bits a byte)."""
 DTYPES: Final[dict[str, np.dtype[Any]]] = {
     "fixed32": np.dtype("<u4"),
     "sfixed64": np.dtype("<i8"),
@@ -165,7 +167,7 @@ def _described(descriptor_set: bytes, schema_name: str) -> Layout:
     except (DecodeError, KeyError, TypeError, ValueError):
         raise ValueError("the schema is not a Protobuf descriptor") from None
     fields = sorted(descriptor.fields, key=lambda item: int(item.number))
-    if not fields or any(item.type not in _FIXED or item.is_repeated or item.number >= 2048 for item in fields):
+    if not fields or any(item.type not in _FIXED or item.is_repeated or item.number > _MOST_NUMBER for item in fields):
         raise ValueError("the schema has fields that are not single numbers of fixed width")
     kind = message_factory.GetMessageClass(descriptor)
     names = tuple(item.name for item in fields)

@@ -56,6 +56,8 @@ _CRC_KEY = "crc32"
 _NUMBERS: Final = ("p0_mpa", "frequency_hz", "amplitude_mpa")
 _COUNTS: Final = ("started_ns", "period_ns", "repeat", "seed", "ticks", "records", "missed", "dropped")
 """Facts that others count on being numbers, and whole numbers from 0 to MOST."""
+_MOST_NUMBER: Final = 1e300
+"""A number of the facts beyond it is none: what is computed with it would end in infinity."""
 MOST: Final = (1 << 63) - 1
 
 
@@ -182,7 +184,7 @@ def ended_of(facts: Mapping[str, Any]) -> Ended | None:
 
 
 def _is_number(value: object) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool) and -1e300 < value < 1e300
+    return isinstance(value, int | float) and not isinstance(value, bool) and -_MOST_NUMBER < value < _MOST_NUMBER
 
 
 def _is_count(value: object) -> bool:

@@ -24,6 +24,8 @@ from rig.qualify.faults.bench import FaultBench, Spoilt
 from rig.service.connections import protocol
 
 GOAL_MS: Final = 10.0
+GOAL_SHARE: Final = 0.99
+"""Of the stops under an attack that are to be within GOAL_MS: two periods of the loop."""
 _TOKEN: Final = "0123456789abcdef"
 _CLIENTS: Final = 60
 """Leaves places free: the bench needs one itself."""
@@ -336,9 +338,9 @@ def shortfall(measured: Sequence[StopTimes]) -> str:
     for times in measured:
         if times.problem:
             return f"{times.attack.name}: {times.problem}"
-        if times.quantile(0.99) > GOAL_MS:
+        if times.quantile(GOAL_SHARE) > GOAL_MS:
             return (
-                f"{times.attack.name}: p99 of the emergency stop is {times.quantile(0.99):.1f} ms; at most "
+                f"{times.attack.name}: p99 of the emergency stop is {times.quantile(GOAL_SHARE):.1f} ms; at most "
                 f"{GOAL_MS:g} ms"
             )
     return ""

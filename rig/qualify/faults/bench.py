@@ -32,6 +32,11 @@ _PATIENCE_S: Final = 40.0
 START_S: Final = 150.0
 """For a process to start and come to its work: on a machine that does other work too, imports alone take a minute."""
 _LOOK_S: Final = 0.0005
+_STAYS_S: Final = 0.05
+"""So long the safe set-points must stand before they count, ten periods: a loop that is killed in the middle of a write
+may bring its old ones after them."""
+_RESET_S: Final = 0.05
+"""Between two tries of a reset, which is refused as long as its cause is there."""
 
 RIG: Final = """\
 name: faulty
@@ -267,7 +272,7 @@ class FaultBench:
             except RigError:
                 if time.monotonic() > deadline:
                     raise
-                time.sleep(0.05)
+                time.sleep(_RESET_S)
 
     def _sweeping(self, client: Client) -> bool:
         status = client.status()
@@ -304,7 +309,7 @@ class FaultBench:
                 )
             time.sleep(_LOOK_S)
         reached_ns = self.terminals.changed_ns
-        settled = time.monotonic() + 0.05
+        settled = time.monotonic() + _STAYS_S
         while time.monotonic() < settled:
             if not self.is_safe:
                 return self.ms_to_safe(since_ns, patience_s)  # somebody wrote after it: that does not count

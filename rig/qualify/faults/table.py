@@ -19,6 +19,14 @@ from rig.errors import CheckFailed, RigError, StateError
 from rig.qualify.faults.bench import START_S, FaultBench
 from rig.service.connections import protocol
 
+_FLUSHED_S: Final = 0.8
+"""After which something of a record is surely on the disk: three flushes (`rig.service.records.recorder.FLUSH_NS`)."""
+_FULL_S: Final = 1.2
+"""So long the disk takes nothing: the recorder meets it in several flushes, and must outlive each."""
+_FLOOD_S: Final = 1.5
+"""Longer than a loop bears without a beat of the process that commands (`CONTROL_PATIENCE_NS`), so that a daemon held
+up by it would be seen."""
+
 
 @dataclass(frozen=True)
 class FaultRow:
@@ -63,7 +71,7 @@ def _after_a_flush(number: int) -> Callable[[FaultBench], int]:
     """To the recorder, when something of the record is on the disk already."""
 
     def act(bench: FaultBench) -> int:
-        time.sleep(0.8)
+        time.sleep(_FLUSHED_S)
         return bench.send("recorder", number)
 
     return act
@@ -82,7 +90,7 @@ def _full_disk(bench: FaultBench) -> int:
     pid = bench.pid("recorder")
     now_ns = time.monotonic_ns()
     resource.prlimit(pid, resource.RLIMIT_FSIZE, (1, resource.RLIM_INFINITY))
-    time.sleep(1.2)  # two flushes
+    time.sleep(_FULL_S)
     with bench.client() as client:
         if client.status()["state"] != "running":
             raise CheckFailed("the loop did not go on")
@@ -102,7 +110,7 @@ def _flood(bench: FaultBench) -> int:
     for flood in floods:
         flood.connect(str(bench.socket))
         flood.setblocking(False)
-    until = time.monotonic() + 1.5
+    until = time.monotonic() + _FLOOD_S
     lines = protocol.encode({"id": 1, "command": "status"}) * 20 + b"nonsense\n" * 20
     while time.monotonic() < until:
         for flood in floods:

@@ -6,12 +6,14 @@ from typing import Any, Final
 from rig.service.connections.protocol import Code, Refused
 
 LINE_CHARACTERS: Final = 200
+MOST_PAUSE_S: Final = 86_400.0
+"""Between two records of a `start`: a day. A pause that is longer is a typing error, and holds the queue meanwhile."""
 
 
 def check_start(sweeps: list[Any], pause_s: float, before: str) -> None:
     """Refused when the arguments of `start` are not what they should be."""
-    if not 0 <= pause_s <= 86400:
-        raise Refused(Code.BAD_ARGUMENT, f"start: pause_s: {pause_s:g} s is outside 0 .. 86400 s")
+    if not 0 <= pause_s <= MOST_PAUSE_S:
+        raise Refused(Code.BAD_ARGUMENT, f"start: pause_s: {pause_s:g} s is outside 0 .. {MOST_PAUSE_S:g} s")
     if not all(isinstance(sweep, str) and os.path.isabs(sweep) for sweep in sweeps):
         raise Refused(Code.BAD_ARGUMENT, "start: sweeps: expected a list of absolute paths")
     if before not in ("", "first", "leave"):

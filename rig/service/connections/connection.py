@@ -23,6 +23,8 @@ VIEWER_PATIENCE_S: Final = 60.0
 """For the next request over the network, and for a subscriber anywhere to take what it asked for."""
 _LOOK_AFTER_S: Final = 0.2
 _SUBSCRIBE_HZ: Final = (0.1, 50.0)
+_USUAL_HZ: Final = 10.0
+"""Of a subscriber that does not say how often: as often as somebody can read (docs/reference/control_protocol.md)."""
 _LOG = logging.getLogger("pamrig")
 
 
@@ -204,7 +206,7 @@ class Connection:
 
     def _subscribe(self, request: ClientRequest) -> dict[str, Any]:
         low, high = _SUBSCRIBE_HZ
-        rate_hz = float(request.arguments.get("rate_hz", 10.0))
+        rate_hz = float(request.arguments.get("rate_hz", _USUAL_HZ))
         if not low <= rate_hz <= high:
             raise Refused(Code.BAD_ARGUMENT, f"subscribe: rate_hz: {rate_hz:g} is outside {low:g} .. {high:g}")
         if self._subscription is not None:

@@ -26,6 +26,8 @@ FLUSH_NS = 250_000_000
 """A kill loses at most this much and one poll, well under the second that is promised."""
 _POLL_S = 0.02
 _LAST_WORDS_S = 2.0
+_NICE = 5
+"""Behind the daemon and the page, for the ring holds 41 s; before the live view, for a record is worth more."""
 _ERRORS = Flag.READ_ERROR | Flag.WRITE_ERROR
 _WORTH_A_LINE = (
     Flag.READ_ERROR,
@@ -47,7 +49,7 @@ def record(ring_path: Path, session: int, orders: Connection, results: Connectio
         )  # the end of the orders ends the recorder, also when that process is killed
     name_process("recorder")
     with suppress(OSError):
-        os.nice(5)
+        os.nice(_NICE)
     recorder = Recorder(Ring.attach(ring_path, session), orders, results)
     signal.signal(signal.SIGTERM, lambda *_: recorder.end())
     recorder.run()

@@ -25,6 +25,8 @@ WATCHER_PATIENCE_S: Final = 0.3
 """A watcher that has not looked for this long is stopped."""
 _START_PATIENCE_S: Final = 30.0
 _END_PATIENCE_S: Final = 5.0
+_READY_LOOK_S: Final = 0.1
+"""How often `meanwhile` is called while a process starts: a tenth of the patience with the one who commands."""
 
 
 @dataclass(frozen=True)
@@ -132,7 +134,7 @@ def await_ready(pipe: Connection, who: str, meanwhile: Callable[[], None] = lamb
     while time.monotonic() < deadline:
         meanwhile()
         try:
-            if pipe.poll(0.1):
+            if pipe.poll(_READY_LOOK_S):
                 kind, said = pipe.recv()
                 if kind == "ready":
                     return dict(said)

@@ -30,6 +30,8 @@ LOOK_S: Final = 1.0
 AGAIN_S: Final = (0.0, 2.0, 10.0, 60.0)
 """Before one that died is replaced for the first, second ... time in a row, as where somebody else has its port."""
 _POLL_S: Final = 0.02
+_NICE: Final = 10
+"""Behind everything else of a session: who looks loses samples, nobody else does."""
 _LOG = logging.getLogger("pamrig")
 
 
@@ -99,7 +101,7 @@ def show(ring_path: Path, session: int, port: int, parent: int) -> None:
 
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     with suppress(OSError):
-        os.nice(10)
+        os.nice(_NICE)
     ring = Ring.attach(ring_path, session)
     reader = RingReader(ring)
     server = foxglove.start_server(name="pamrig", host=HOST, port=port)

@@ -25,6 +25,10 @@ _NICE: Final = 0
 _OUT_OF_MEMORY: Final = "800"
 """Among the first to go, and not as safe from it as the daemon that starts it."""
 _LOOK_S: Final = 0.5
+_MOST_MESSAGE_BYTES: Final = 4096
+"""Of what a page sends over its WebSocket, which is a few words."""
+_KEEP_ALIVE_S: Final = 5
+"""A connection without a request is closed then: each holds a place. A browser opens another one in milliseconds."""
 
 
 def page_process(setup: PageSetup, listening: socket.socket, pipe: Connection, parent: int) -> None:
@@ -60,7 +64,7 @@ def _server(site: "Site") -> "Server":
         site.app,
         http=gate(site.admits),
         ws="websockets-sansio",
-        ws_max_size=4096,
+        ws_max_size=_MOST_MESSAGE_BYTES,
         ws_per_message_deflate=False,
         loop="asyncio",
         lifespan="off",
@@ -68,7 +72,7 @@ def _server(site: "Site") -> "Server":
         access_log=False,
         server_header=False,
         proxy_headers=False,
-        timeout_keep_alive=5,
+        timeout_keep_alive=_KEEP_ALIVE_S,
         backlog=BACKLOG,
     )
     server = uvicorn.Server(config)
