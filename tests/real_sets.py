@@ -21,6 +21,7 @@ from pathlib import Path
 from typing import Final
 
 import numpy as np
+from support.records.mapped_files import read_mapped
 from support.records.real_tables import RealSet, Trial, row, told
 
 from rig.app.model.identifying import SearchOptions, StartOptions, identify_model, sweep_range
@@ -28,7 +29,7 @@ from rig.channels import Channel, Channels
 from rig.errors import RecordError, RigError
 from rig.gap.diagnosis import diagnose
 from rig.identify.records.data import Options
-from rig.log.foreign.mapping import ColumnSource, Mapping, read_mapped
+from rig.log.foreign.mapping import ColumnSource, Mapping
 from rig.log.reader import record_from_columns, stem
 from rig.model.parameters import Model
 from rig.own_units import own_plain

@@ -64,11 +64,6 @@ def to_counts(block: ChannelRun, signal: float) -> float:
     return c0 + (signal - s0) * (c1 - c0) / (s1 - s0)
 
 
-def per_count(block: ChannelRun) -> float:
-    """Signal of one count: what one step of the converter is worth."""
-    return (block.signal[1] - block.signal[0]) / (block.counts[1] - block.counts[0])
-
-
 def rtu_exchange_s(baud: int, bits_per_byte: int, sent_bytes: int, answered_bytes: int) -> float:
     """Wire time of one RTU request and its reply, with a silence of 3.5 characters after each of them (1.75 ms above
     19200 baud).

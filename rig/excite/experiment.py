@@ -49,7 +49,6 @@ MOST_TICKS = 20_000_000
 MOST_NAME_BYTES = 200
 """Of a record: 255 are what a disk takes, and a file that is being written or was stopped adds to its name."""
 
-
 Waves: TypeAlias = "dict[tuple[Signal, int], array[float]]"
 """Waveforms of dp (MPa) on one grid, by their signal and how many ticks they last."""
 
@@ -88,7 +87,7 @@ class Sweep:
     again."""
 
     name: str
-    entries: tuple["Entry", ...]
+    entries: tuple[Entry, ...]
     p0_mpa: tuple[float, ...] = (0.2,)
     """Rest pressures of the records that name none of their own."""
     repeats: int = 1

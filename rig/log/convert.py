@@ -25,7 +25,8 @@ from rig.record import AGED, Record
 from rig.sample import WIRES, Flag, Phase
 
 CHUNK_ROWS = 100
-"""Rows in a chunk: 0.5 s at 200 Hz, as the recorder does."""
+"""Rows in a chunk: 0.5 s at 200 Hz, between what a recorder puts into one in real time (a flush) and in virtual time
+(`rig.log.mcap.writer.CHUNK_SAMPLES`)."""
 _BATCH_ROWS = 40 * CHUNK_ROWS
 _Message = tuple[int, int, bytes]
 """Log time, channel, data."""
@@ -143,7 +144,7 @@ def samples_of(record: Record, started_ns: int) -> Samples:
         if f"{name}_age_s" in known:
             fields[f"{name}_age_ns"] = _nanoseconds(known[f"{name}_age_s"] * 1e9, f"{where}: {name}_age_s, in ns")
     fields["scheduled_ns"] = offsets
-    for name in ("woken_ns", "read_ns", "written_ns"):
+    for name in _FROM_TIME - {"scheduled_ns"}:
         fields[name] = offsets + late
     if "tick" not in known:
         fields["tick"][:] = grid_ticks(record)

@@ -253,10 +253,6 @@ def _known_part(raw: object) -> object:
 def save_model(model: Model, path: Path) -> None:
     """Write `model` as YAML; RigError when the file cannot be written, or is there and holds no model."""
     text = yaml.dump(_plain(model), Dumper=_Dumper, sort_keys=False, width=150, allow_unicode=True)
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise ModelError(f"{path.parent}: cannot be made: {error.strerror}") from None
     write_text(path, text, OutputKind.MODEL)
 
 

@@ -18,16 +18,9 @@ from rig.realtime.program import Program
 from rig.realtime.ring import RingReader
 from rig.rig_config import RigConfig
 from rig.sample import Sample, unpack
+from rig.service.records.lateness import quantiles
 from rig.service.records.recorder_messages import RunOrder
 from rig.service.session.session import Session
-
-
-def quantiles(values: Sequence[float]) -> dict[str, float]:
-    """p50, p99 and max; empty without values."""
-    if not values:
-        return {}
-    ordered = sorted(values)
-    return {"p50": ordered[len(ordered) // 2], "p99": ordered[len(ordered) * 99 // 100], "max": ordered[-1]}
 
 
 def at_rest(rig: RigConfig, ticks: int) -> Program:

@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rig.channels import PNEUMATIC, Channels
-from rig.errors import RigError
 from rig.outputs import OutputKind, writing
 from rig.own_units import own_text, speaker
 from rig.record import Column, Record
@@ -134,10 +133,6 @@ def terminal_comparison(
 
 def save_figure(figure: "Figure", path: Path) -> Path:
     """Write the figure; the suffix says the format. RigError when that fails."""
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise RigError(f"{path.parent}: cannot be made: {error.strerror}") from None
     with writing(path, OutputKind.FIGURE) as part:
         as_written(figure)
         figure.savefig(part, dpi=130, format=path.suffix[1:])

@@ -5,7 +5,6 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from rig.channels import PNEUMATIC, Channels
-from rig.errors import RigError
 from rig.identify.fit import Identified
 from rig.identify.records.data import Options, prepare
 from rig.identify.search.objective import predict
@@ -44,10 +43,6 @@ def write_scores(scores: Sequence[Score], folder: Path, channels: Channels = PNE
     head = ["record", *own_plain(dict.fromkeys(names, 0.0), channels)]
     rows = [[in_one_line(Path(row.log).name), *score_cells(row, channels)] for row in scores]
     lines = [" | ".join(map(in_markdown, cells)) for cells in (head, ["---"] * len(head), *rows)]
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise RigError(f"{folder}: cannot be made: {error.strerror}") from None
     write_text(folder / "scores.md", "".join(f"| {line} |\n" for line in lines), OutputKind.TABLE)
     with (
         writing(folder / "scores.csv", OutputKind.TABLE) as part,

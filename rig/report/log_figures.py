@@ -7,7 +7,7 @@ and of the gap are elsewhere in rig.report.
 import re
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -23,8 +23,6 @@ from rig.report.figure_texts import as_written
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
-
-FORMATS: Final = (".png", ".svg", ".pdf")
 
 _COMMAND, _FIRST, _SECOND, _ANGLE, _MISSED = "0.45", "#0072b2", "#d55e00", "#009e73", "#cc0000"
 _OTHERS = ("#cc79a7", "#e69f00", "#56b4e9", "#000000")

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from drivers.itv_serial.codec import Codec, Dialect, ReplyError
-from drivers.modbus_io.codec import decode, encode, per_count, to_counts, to_signal
+from drivers.modbus_io.codec import decode, encode, to_counts, to_signal
 from drivers.modbus_io.maps import ChannelRun, Type, WordOrder
 from hil.emulators.itv_serial.regulator import Regulator, RegulatorDialect
 from hil.emulators.itv_serial.stand_in import dialect_of
@@ -108,6 +108,7 @@ def test_signal_and_counts_are_inverse_and_the_module_agrees(block: ChannelRun, 
              "byte_order": block.byte_order.value, "word_order": block.word_order.value}  # fmt: skip
     module = ChannelBlock(table)
     seen = to_signal(block, decode(block, module.put(signal))[0])
-    tolerance = per_count(block) * 0.51 + 1e-3 * (block.type is Type.FLOAT32)
+    per_count = (block.signal[1] - block.signal[0]) / (block.counts[1] - block.counts[0])
+    tolerance = per_count * 0.51 + 1e-3 * (block.type is Type.FLOAT32)
     assert abs(seen - signal) <= tolerance
     assert abs(module.get(encode(block, [to_counts(block, signal)])) - signal) <= tolerance

@@ -19,11 +19,12 @@ import zstandard
 from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 from support.records.made_logs import made_log
+from support.records.mapped_files import read_mapped
 
 from rig.errors import RigError
 from rig.log.check import check
 from rig.log.exchange import read_exported
-from rig.log.foreign.mapping import load_mapping, read_mapped
+from rig.log.foreign.mapping import load_mapping
 from rig.log.mcap import schema
 from rig.log.mcap.framing import MAGIC
 from rig.log.mcap.reader import read_stretch

@@ -20,7 +20,7 @@ from rig.app.terminal import console, progress
 from rig.channels import Channels
 from rig.errors import RigError
 from rig.log.mcap.writer import PARTIAL_SUFFIX
-from rig.outputs import file_name
+from rig.outputs import file_name, make_folder
 from rig.realtime import measures
 from rig.realtime.faults import Fault, explain
 from rig.realtime.program import Program
@@ -114,10 +114,8 @@ def _run(
 
 
 def prepare_folder(out: Path, names: Sequence[str]) -> None:
-    try:
-        out.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise RigError(f"{out}: cannot be made: {error.strerror}") from None
+    """Make the folder of the records `names`; RigError when one of them, finished or not, lies there already."""
+    make_folder(out)
     if not os.access(out, os.W_OK):
         raise RigError(f"{out}: the folder cannot be written to; choose another with --out")
     for name in names:
@@ -133,6 +131,7 @@ def prepare_folder(out: Path, names: Sequence[str]) -> None:
 
 
 def check_realtime(rig: RigConfig, report: Mapping[str, str], force: bool) -> None:
+    """RigError on hardware when the loop did not get what it needs to be punctual; on a simulated rig a line."""
     missing = measures.denied(dict(report))
     if not missing:
         return

@@ -136,11 +136,6 @@ def _furthers(mapping: Mapping) -> tuple[Further, ...]:
     return tuple(Further(name, one.unit or "1", one.same_within) for name, one in mapping.further.items())
 
 
-def read_mapped(path: Path, mapping: Mapping) -> tuple[dict[str, Array], dict[str, Any]]:
-    """Our columns and the facts of the file at `path`; RecordError when the mapping does not fit it."""
-    return mapped(raw_table(path, mapping), mapping)
-
-
 def left_out(raw: RawTable, mapping: Mapping) -> list[str]:
     """The columns of a table that its mapping has no use for, in their order; the time of an MCAP file's messages is
     none of them."""
@@ -149,7 +144,7 @@ def left_out(raw: RawTable, mapping: Mapping) -> list[str]:
 
 
 def mapped(raw: RawTable, mapping: Mapping) -> tuple[dict[str, Array], dict[str, Any]]:
-    """The same of a table that was read."""
+    """Our columns and the facts of a table; RecordError when the mapping does not fit it."""
     own = {name: source for name, source in mapping.columns.items() if name in (INPUT, OUTPUT)}
     columns = {name: _column(raw, name, source) for name, source in mapping.columns.items() if name not in own}
     columns |= {name: _scaled(raw, source)[0] for name, source in mapping.further.items()}

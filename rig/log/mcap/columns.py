@@ -16,6 +16,7 @@ from google.protobuf import descriptor_pool, message_factory
 from google.protobuf.descriptor import FieldDescriptor
 from google.protobuf.descriptor_pb2 import FileDescriptorSet
 from google.protobuf.message import DecodeError
+from mcap.opcode import Opcode
 from numpy.typing import NDArray
 
 from rig.errors import RecordError
@@ -121,7 +122,7 @@ class Layout:
     @cached_property
     def head(self) -> tuple[int, int, int]:
         """Opcode, length and channel of every message record in this arrangement."""
-        return 5, self.message.itemsize - HEAD.size, self.channel
+        return Opcode.MESSAGE, self.message.itemsize - HEAD.size, self.channel
 
     @cached_property
     def head_bytes(self) -> bytes:
@@ -267,7 +268,7 @@ def pack_columns(columns: Mapping[str, Array], wires: Mapping[str, Wire]) -> Arr
 def message_rows(samples: Samples, channel: int) -> Array:
     """Samples as whole message records of that channel: an array of n items of equal size."""
     rows = _filled(samples.fields, WIRES, list(_HEAD_FIELDS.items()))
-    rows["opcode"], rows["length"], rows["channel"] = 5, rows.dtype.itemsize - HEAD.size, channel
+    rows["opcode"], rows["length"], rows["channel"] = Opcode.MESSAGE, rows.dtype.itemsize - HEAD.size, channel
     rows["sequence"], rows["log_time"], rows["publish_time"] = (
         samples.sequence,
         samples.log_time_ns,

@@ -12,6 +12,7 @@ from rig.qualify.benchmarks import figure
 from rig.realtime.ring import Ring, RingWriter
 from rig.rig_config import RigConfig
 from rig.sample import Sample
+from rig.service.records.lateness import quantiles
 
 ROUNDS = 1
 """Within a round of `pamrig bench`, which makes several."""
@@ -66,11 +67,11 @@ def _work(samples: list[Sample]) -> dict[str, Any]:
         "hand-off to the ring": handoff,
     }
     figures = {}
-    whole = lateness.quantiles([(s.written_ns - s.woken_ns) / 1e3 for s in samples])
+    whole = quantiles([(s.written_ns - s.woken_ns) / 1e3 for s in samples])
     for key in ("p50", "p99"):
-        figures[f"tick's own work {key}"] = figure(whole[key] + lateness.quantiles(handoff)[key], "us", why=_PARTS)
+        figures[f"tick's own work {key}"] = figure(whole[key] + quantiles(handoff)[key], "us", why=_PARTS)
         for part, values in parts.items():
-            figures[f"of it: {part}, {key}"] = figure(lateness.quantiles(values)[key], "us", why=_PARTS)
+            figures[f"of it: {part}, {key}"] = figure(quantiles(values)[key], "us", why=_PARTS)
     return figures
 
 
@@ -88,7 +89,7 @@ def _unrehearsed(rig: RigConfig, rehearsed: list[Sample]) -> dict[str, Any]:
 
 
 def _read_to_write_us(samples: list[Sample]) -> dict[str, float]:
-    return lateness.quantiles([(s.written_ns - s.woken_ns) / 1e3 for s in samples])
+    return quantiles([(s.written_ns - s.woken_ns) / 1e3 for s in samples])
 
 
 def _handoff_us(sample: Sample) -> list[float]:

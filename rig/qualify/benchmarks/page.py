@@ -22,7 +22,7 @@ from rig.errors import RigError
 from rig.qualify.benchmarks import figure
 from rig.qualify.benchmarks.safety import busy, estop, lateness
 from rig.qualify.faults.bench import FaultBench, Spoilt
-from rig.qualify.lateness import quantiles
+from rig.service.records.lateness import quantiles
 from rig.service.web.stream.glance import FRESH_S
 
 TRIALS: Final = 50

@@ -20,8 +20,8 @@ from rig.errors import RigError
 from rig.qualify.benchmarks import figure
 from rig.qualify.faults.bench import FaultBench, Spoilt
 from rig.qualify.faults.wired import ModbusFaultBench
-from rig.qualify.lateness import quantiles
 from rig.service.connections import protocol
+from rig.service.records.lateness import quantiles
 
 TRIALS: Final = 50
 _GOAL_MS: Final = {"SIGKILL": 20.0, "SIGSTOP": 20.0, "hang": 20.0, "estop": 10.0}

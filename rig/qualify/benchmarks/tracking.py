@@ -27,6 +27,7 @@ from rig.realtime.closed_loop import TrackingProgram
 from rig.realtime.program import Program
 from rig.rig_config import RigConfig
 from rig.sample import Phase
+from rig.service.records.lateness import quantiles
 
 SECONDS = 15.0
 """Of each turn of the loop's work."""
@@ -162,7 +163,7 @@ def _work() -> dict[str, Any]:
         for name, program in (("open", lateness.at_rest), ("closed", closed_at_rest)):
             samples, _ = lateness.loop_samples(rig, SECONDS, program)
             swept = [s for s in samples if s.phase == Phase.SWEEP]
-            found[name].append(lateness.quantiles([(s.written_ns - s.woken_ns) / 1e3 for s in swept]))
+            found[name].append(quantiles([(s.written_ns - s.woken_ns) / 1e3 for s in swept]))
     middle = {
         name: {key: sorted(turn[key] for turn in turns)[TURNS // 2] for key in ("p50", "p99")}
         for name, turns in found.items()

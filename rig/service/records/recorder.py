@@ -20,11 +20,17 @@ from rig.realtime.ring import Ring, RingReader
 from rig.realtime.state import State
 from rig.sample import Flag, Phase, Sample, unpack
 from rig.service.processes import name_process
+from rig.service.records.lateness import quantiles
 from rig.service.records.recorder_messages import Mark, RecorderTrouble, RunOrder, RunResult, message_of
 
 FLUSH_NS = 250_000_000
 """A kill loses at most this much and one poll, well under the second that is promised."""
 _POLL_S = 0.02
+_EACH_SAMPLES = 256
+"""In virtual time minutes come at once: after so many samples the cursor is told, by which the loop's clock is paced,
+and the disk is looked at."""
+_BUSY_SHARE = 8
+"""Who took this part of the ring at one look takes more at once instead of sleeping."""
 _LAST_WORDS_S = 2.0
 _NICE = 5
 """Behind the daemon and the page, for the ring holds 41 s; before the live view, for a record is worth more."""
@@ -41,12 +47,10 @@ _WORTH_A_LINE = (
 
 def record(ring_path: Path, session: int, orders: Connection, results: Connection) -> None:
     """Entry of the recorder's process: until the orders end, then finish what is open."""
-    # they are for the process that commands, or go to all when a terminal is closed: the file is to be finished also
-    # then
+    # these are for the process that commands, or go to all when a terminal is closed: the file is to be finished also
+    # then. The end of the orders ends the recorder, also when that process is killed
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGTSTP, signal.SIGHUP):
-        signal.signal(
-            number, signal.SIG_IGN
-        )  # the end of the orders ends the recorder, also when that process is killed
+        signal.signal(number, signal.SIG_IGN)
     name_process("recorder")
     with suppress(OSError):
         os.nice(_NICE)
@@ -73,7 +77,7 @@ class Recorder:
         """Poll until the other end of the orders closes or says None, then finish."""
         while not self._over:
             self._take_orders()
-            if self._drain() < self._ring.capacity // 8:
+            if self._drain() < self._ring.capacity // _BUSY_SHARE:
                 time.sleep(_POLL_S)
         deadline = time.monotonic() + _LAST_WORDS_S
         while self._drain() and not self._at_once and time.monotonic() < deadline:
@@ -101,7 +105,7 @@ class Recorder:
         before = self._reader.cursor
         for packed in self._reader:
             self._put(packed)
-            if self._reader.cursor % 256 == 0:
+            if self._reader.cursor % _EACH_SAMPLES == 0:
                 self._ring.recorded = self._reader.cursor
         self._ring.recorded = self._reader.cursor
         if self._open is not None:
@@ -189,7 +193,7 @@ class _OpenRun:
             for level, line in _news(self._last, sample, self._ring):
                 self._writer.log(level, line, time_ns)
             self._writer.add(packed, time_ns, result.ticks - 1)
-            if result.ticks % 256 == 0:
+            if result.ticks % _EACH_SAMPLES == 0:
                 self.flush_if_due()
         else:
             result.dropped += 1
@@ -239,7 +243,7 @@ class _OpenRun:
         """Close the file and say how it went."""
         result = self._result
         result.dropped += lost - self._lost_before
-        result.lateness_us = _lateness(self._lateness_ns)
+        result.lateness_us = {name: ns / 1e3 for name, ns in quantiles(self._lateness_ns).items()}
         result.complete = self._sweep_ticks >= self.order.sweep_ticks  # not when the operator stopped it early
         result.valid = result.complete and not (result.missed or result.dropped or result.fault or self._writer is None)
         result.cpu_s = time.process_time() - self._cpu_s
@@ -293,15 +297,3 @@ def _news(before: Sample | None, now: Sample, ring: Ring) -> list[tuple[str, str
             if appeared & flag
         ]
     return lines
-
-
-def _lateness(values_ns: "array[int]") -> dict[str, float]:
-    """p50, p99 and maximum in microseconds; empty without values."""
-    if not values_ns:
-        return {}
-    ordered = sorted(values_ns)
-    return {
-        "p50": ordered[len(ordered) // 2] / 1e3,
-        "p99": ordered[min(len(ordered) * 99 // 100, len(ordered) - 1)] / 1e3,
-        "max": ordered[-1] / 1e3,
-    }

@@ -156,7 +156,7 @@ class Session:
         self.watch = ProcessWatch(
             self.ring, self.mailbox, self.watchers, self.loop, self.recorder,
             second_path=self._watching.second_path if self._watching else None,
-            period_ns=getattr(self._rig, "period_ns", 5_000_000), timed=not self.virtual,
+            period_ns=self._rig.period_ns, timed=not self.virtual,
         )  # fmt: skip
 
     def publish(self, program: Program) -> None:

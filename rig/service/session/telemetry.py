@@ -12,6 +12,7 @@ from rig.realtime.ring import Ring, RingReader
 from rig.realtime.safe_state import Outcome, SafeReport
 from rig.realtime.state import State
 from rig.sample import Phase, Sample, unpack
+from rig.service.records.lateness import quantiles
 
 LATENESS_EDGES_US: Final = (10, 20, 50, 100, 200, 500, 1000, 2000, 5000)
 """Upper edges of the histogram's classes; one more class lies above."""
@@ -87,9 +88,7 @@ class Telemetry:
             return {}
         below = [bisect_right(ordered, edge * 1000) for edge in LATENESS_EDGES_US]
         return {
-            "p50": ordered[len(ordered) // 2] / 1e3,
-            "p99": ordered[min(len(ordered) * 99 // 100, len(ordered) - 1)] / 1e3,
-            "max": ordered[-1] / 1e3,
+            **{name: ns / 1e3 for name, ns in quantiles(ordered).items()},
             "edges_us": list(LATENESS_EDGES_US),
             "histogram": [high - low for low, high in itertools.pairwise([0, *below, len(ordered)])],
         }

@@ -12,7 +12,7 @@ from rig.errors import RecordError
 from rig.log import convert
 from rig.log.convert import LogContent, read_content, write_content
 from rig.log.reader import read
-from rig.report import log_figures
+from rig.outputs import FIGURE_SUFFIXES
 
 
 @pytest.fixture
@@ -162,7 +162,7 @@ def test_several_imports_say_as_json_what_one_says(call, tmp_path: Path) -> None
     ]  # fmt: skip
 
 
-@pytest.mark.parametrize("suffix", log_figures.FORMATS)
+@pytest.mark.parametrize("suffix", FIGURE_SUFFIXES)
 def test_plots(call, tmp_path: Path, suffix: str) -> None:
     made_log(tmp_path / "run.mcap", 600, missed_at=300)
     target = tmp_path / f"figure{suffix}"

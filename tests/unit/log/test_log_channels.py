@@ -5,11 +5,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 import yaml
+from support.records.mapped_files import read_mapped
 
 from rig.errors import ConfigError, RecordError
 from rig.log.convert import content_of_record, unkept_columns, write_content
 from rig.log.exchange import export, read_exported
-from rig.log.foreign.mapping import load_mapping, read_mapped
+from rig.log.foreign.mapping import load_mapping
 from rig.log.reader import read, record_from_columns
 from rig.record import Record
 

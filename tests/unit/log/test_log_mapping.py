@@ -9,11 +9,12 @@ import pytest
 from google.protobuf import descriptor_pool, message_factory
 from google.protobuf.descriptor_pb2 import FileDescriptorSet
 from mcap.writer import Writer
+from support.records.mapped_files import read_mapped
 
 from rig.app.records.logs import import_content
 from rig.errors import ConfigError, RecordError
 from rig.log.convert import write_content
-from rig.log.foreign.mapping import load_mapping, read_mapped
+from rig.log.foreign.mapping import load_mapping
 from rig.log.foreign.units import conversion
 from rig.log.mcap import schema
 from rig.log.mcap.columns import Array

@@ -8,10 +8,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from mcap.writer import Writer
+from support.records.mapped_files import read_mapped
 
 from rig.errors import ConfigError, RecordError
 from rig.log.foreign.delimited import Style, read_table
-from rig.log.foreign.mapping import load_mapping, read_mapped
+from rig.log.foreign.mapping import load_mapping
 from rig.log.mcap import schema
 from rig.log.mcap.columns import pack_columns
 

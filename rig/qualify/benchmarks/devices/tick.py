@@ -17,13 +17,14 @@ from drivers.myrio.settings import MyRioSettings
 from rig.app import compose
 from rig.interfaces import Clock, Device, DeviceContext
 from rig.qualify.benchmarks import figure
-from rig.qualify.lateness import at_rest, quantiles
+from rig.qualify.lateness import at_rest
 from rig.realtime.clock import MonotonicClock
 from rig.realtime.commands import Mailbox, Script
 from rig.realtime.loop import Loop
 from rig.realtime.ring import Ring, RingReader, RingWriter
 from rig.rig_config import RigConfig
 from rig.sample import unpack
+from rig.service.records.lateness import quantiles
 
 TICKS: Final = 600
 """Of each turn."""
