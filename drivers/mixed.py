@@ -7,7 +7,7 @@ from typing import Final, TypeVar
 
 from rig.errors import ConfigError, DeviceError, DeviceLost, DevicePending
 from rig.interfaces import Abilities, Clock, Device, Measurement, Role, abilities_of
-from rig.sample import Flag
+from rig.sample import ABSENT_BY_ROLE
 
 _FIELDS: Final = {
     Role.MONITOR_1: ("p1_mpa", "p1_raw", "p1_age_ns"),
@@ -16,11 +16,6 @@ _FIELDS: Final = {
 }
 _PLACES: Final = {role: tuple(Measurement._fields.index(name) for name in names) for role, names in _FIELDS.items()}
 """Role -> where its values stand in a Measurement; its age is the last."""
-_ABSENT: Final = {
-    Role.MONITOR_1: int(Flag.P1_ABSENT),
-    Role.MONITOR_2: int(Flag.P2_ABSENT),
-    Role.ANGLE: int(Flag.ANGLE_ABSENT),
-}
 _FURTHER: Final = tuple(Measurement._fields.index(f"further_{place}") for place in (1, 2, 3, 4))
 _EMPTY: Final = tuple(Measurement())
 _FLAGS: Final = Measurement._fields.index("flags")
@@ -54,7 +49,7 @@ class MixedRig(Abilities):
         self._able = [abilities_of(part) for part in self._writers]
         self.second_path = all(part.second_path for part in self._able)
         self._readers = [_reader(part) for part in parts if part.roles & set(_FIELDS) or abilities_of(part).further]
-        self._absent = sum(flag for role, flag in _ABSENT.items() if role not in self.roles)
+        self._absent = sum(flag for role, flag in ABSENT_BY_ROLE.items() if role not in self.roles)
         self._is_open = False
 
     def open(self) -> Mapping[str, str]:
@@ -175,8 +170,8 @@ def _reader(part: Device) -> tuple[Device, tuple[int, ...], list[tuple[int, int]
     """A part, where its values stand, the flag and the place of each age, and the flags that are its own to set."""
     roles = [role for role in _FIELDS if role in part.roles]
     places = tuple(place for role in roles for place in _PLACES[role])
-    ages = [(_ABSENT[role], _PLACES[role][-1]) for role in roles]
-    not_mine = sum(flag for role, flag in _ABSENT.items() if role not in roles)
+    ages = [(ABSENT_BY_ROLE[role], _PLACES[role][-1]) for role in roles]
+    not_mine = sum(flag for role, flag in ABSENT_BY_ROLE.items() if role not in roles)
     return part, places, ages, ~not_mine
 
 

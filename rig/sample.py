@@ -10,6 +10,8 @@ import struct
 from enum import IntEnum, IntFlag
 from typing import Annotated, Final, NamedTuple, get_type_hints
 
+from rig.interfaces import NAN, Role
+
 
 class Wire(NamedTuple):
     """How a field is stored and what it means."""
@@ -69,12 +71,15 @@ WRITE_ERROR: Final = Flag.WRITE_ERROR.value
 BROKEN_WIRE: Final = Flag.BROKEN_WIRE.value
 SUSPECT: Final = Flag.SUSPECT.value
 ANGLE_SUSPECT: Final = Flag.ANGLE_SUSPECT.value
+ABSENT_BY_ROLE: Final = {Role.MONITOR_1: P1_ABSENT, Role.MONITOR_2: P2_ABSENT, Role.ANGLE: ANGLE_ABSENT}
+"""Role -> the flag of a measurement without it."""
+ABSENT_BY_COLUMN: Final = {"p1_mpa": P1_ABSENT, "p2_mpa": P2_ABSENT, "angle_deg": ANGLE_ABSENT}
+"""The same by the field that is NaN then."""
 
 
 _FURTHER: Final = (
     "a further channel (load cell, temperature, ...); the run fact `further` has its name and unit; NaN without"
 )
-NAN: Final = float("nan")
 
 
 class Sample(NamedTuple):

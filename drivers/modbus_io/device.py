@@ -27,11 +27,10 @@ _RESCUE_S: Final = 0.02
 class ModbusIo(Abilities):
     """Analog outputs and inputs of a Modbus module, TCP or RTU, from its register map.
 
-    `open` measures the round trip and chooses how a tick's exchanges are made (see Mode); it changes no output, but
-    arms the module's own fail-safe where the map has one. `close` stops that fail-safe, so outputs stay, unless the
-    safe state is owed. `safe` from a
-    second instance in another process goes through a connection of its own on TCP, and through the I/O process that
-    holds the port on RTU.
+    `open` measures the round trip and chooses how a tick's exchanges are made (see ExchangeMode); it changes no output,
+    but arms the module's own fail-safe where the map has one. `close` stops that fail-safe, so outputs stay, unless the
+    safe state is owed. `safe` from a second instance in another process goes through a connection of its own on TCP,
+    and through the I/O process that holds the port on RTU.
     """
 
     Settings = ModbusSettings

@@ -8,18 +8,15 @@ from drivers.myrio.bitfile import KeptBitfile
 from drivers.myrio.rescue import Rescue
 from drivers.myrio.session import VENDOR_ERRORS, FpgaSession, explain
 from drivers.myrio.settings import MyRioSettings
-from drivers.myrio.wiring import ABSENT, MyrioWiring, SessionChannels
+from drivers.myrio.wiring import MyrioWiring, SessionChannels
 from rig.errors import DeviceError, DeviceLost
 from rig.interfaces import NAN, Abilities, Clock, Device, DeviceContext, Measurement, Role
+from rig.sample import ABSENT_BY_ROLE, ANGLE_ABSENT, P1_ABSENT, P2_ABSENT
 
 PROBE_CALLS: Final = 200
 RESCUE_SHARE: Final = 0.3
 """Of a period: how long `safe` waits for a new session before it says: not yet."""
 RESCUE_PATIENCE_S: Final = 3.0
-
-_P1_ABSENT: Final = ABSENT[Role.MONITOR_1]
-_P2_ABSENT: Final = ABSENT[Role.MONITOR_2]
-_ANGLE_ABSENT: Final = ABSENT[Role.ANGLE]
 
 
 class MyRio(Abilities):
@@ -43,7 +40,7 @@ class MyRio(Abilities):
         self._period_ns = context.period_ns
         self._wiring = MyrioWiring(settings, context)
         self._bitfile = KeptBitfile(settings.bitfile, context.where)
-        self._absent = sum(flag for role, flag in ABSENT.items() if role not in self.roles)
+        self._absent = sum(flag for role, flag in ABSENT_BY_ROLE.items() if role not in self.roles)
         self._open: SessionChannels | None = None
         self._rescue: Rescue | None = None
         """Once the device has been open: somebody ticks, and `safe` must not make him wait for a new session."""
@@ -107,7 +104,7 @@ class MyRio(Abilities):
             raise self._late(began, ended, "reading")
         return Measurement(
             p1_mpa, p2_mpa, angle_deg, p1_raw, p2_raw, angle_raw, excitation,
-            0 if flags & _P1_ABSENT else age, 0 if flags & _P2_ABSENT else age, 0 if flags & _ANGLE_ABSENT else age,
+            0 if flags & P1_ABSENT else age, 0 if flags & P2_ABSENT else age, 0 if flags & ANGLE_ABSENT else age,
             flags, *others,
         )  # fmt: skip
 

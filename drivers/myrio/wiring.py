@@ -2,7 +2,6 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Final
 
 from drivers.calibration import Potentiometer, for_role, nominal
 from drivers.myrio.channels import AngleChannel, FurtherInputChannel, PressureInput, PressureOutput
@@ -10,15 +9,7 @@ from drivers.myrio.session import FpgaSession
 from drivers.myrio.settings import MyRioSettings
 from rig.errors import ConfigError
 from rig.interfaces import DeviceContext, Role
-from rig.sample import Flag
-
-ABSENT: Final = {
-    Role.MONITOR_1: int(Flag.P1_ABSENT),
-    Role.MONITOR_2: int(Flag.P2_ABSENT),
-    Role.ANGLE: int(Flag.ANGLE_ABSENT),
-}
-"""Role -> the flag of a measurement without it; plain numbers, for an IntFlag costs half a microsecond an operation, as
-much as a call into the FPGA."""
+from rig.sample import ABSENT_BY_ROLE
 
 
 @dataclass
@@ -74,7 +65,7 @@ class MyrioWiring:
             role: PressureOutput(session, *self.lines[role]) for role in (Role.VALVE_1, Role.VALVE_2) if role in roles
         }
         monitors = {
-            role: PressureInput(session, *self.lines[role], ABSENT[role])
+            role: PressureInput(session, *self.lines[role], ABSENT_BY_ROLE[role])
             for role in (Role.MONITOR_1, Role.MONITOR_2)
             if role in roles
         }

@@ -39,6 +39,9 @@ _POLISH_ROWS = 4000
 """About how many rows a polish looks at: neighbours 5 ms apart say the same of a joint that takes 0.1 s to move."""
 _AGAIN = 12_000
 """Evaluations of the search after excitations were added."""
+_MOST_FAILING = 8
+"""Of the excitations that failed, those that are added in one round: each costs the search a simulation for every
+point."""
 _ROUNDS = 3
 """How often excitations that the dense check found failing are put into the search's term."""
 
@@ -255,7 +258,7 @@ class _Task:
             failing = self.verdict(point).failing
             if not failing:
                 break
-            self._failing += [signal for signal in failing if signal not in self._failing][:8]
+            self._failing += [signal for signal in failing if signal not in self._failing][:_MOST_FAILING]
             again = self._again()
             point, more = self._best_polished([point, again.point], bounded)
             spent += more + again.evaluations

@@ -17,13 +17,13 @@ from rig.log.mcap import schema
 from rig.log.mcap.collector import LogLine, SampleCollector, is_sample_channel
 from rig.log.mcap.columns import DTYPES, Samples, layout_of
 from rig.log.mcap.contents import Contents, map_file
-from rig.log.mcap.framing import MAGIC, DamageError, Unpacker
+from rig.log.mcap.framing import MAGIC, DamageError
 from rig.log.mcap.salvage import salvage
 from rig.log.reader import read
 from rig.realtime.faults import Fault
 from rig.realtime.guard import Limits
 from rig.record import Record
-from rig.sample import WIRES, Flag
+from rig.sample import ABSENT_BY_COLUMN, WIRES, Flag
 
 ESSENTIAL: Final = (
     "tick",
@@ -37,7 +37,6 @@ ESSENTIAL: Final = (
     "phase",
     "run",
 )
-_ABSENT = {"p1_mpa": Flag.P1_ABSENT, "p2_mpa": Flag.P2_ABSENT, "angle_deg": Flag.ANGLE_ABSENT}
 _FAILED = Flag.READ_ERROR | Flag.SUSPECT | Flag.BROKEN_WIRE
 _CLOCK_SET_NS: Final = 946_684_800_000_000_000
 """1 January 2000: a wall clock before it was never set."""
@@ -74,11 +73,9 @@ def _check_mcap(data: memoryview) -> Iterator[str]:
     contents = found.contents
     contents.schemas.clear()  # what the file itself defines is judged, not what salvage assumes
     contents.channels.clear()
-    collector, unpacker = SampleCollector(contents, len(data)), Unpacker(len(data))
+    collector = SampleCollector(contents, len(data))
     try:
-        for chunk in contents.chunks:
-            collector.feed(unpacker.open(chunk), chunk.start)
-        samples = collector.samples()
+        samples = collector.all_chunks(data)
     except DamageError as error:
         yield str(error)
         return
@@ -235,9 +232,9 @@ def _check_values(samples: Samples, limits: Limits) -> Iterator[str]:
     known_bad = (samples["flags"] & np.uint32(_FAILED)) != 0
     for name, (low, high) in ranges.items():
         values = samples[name]
-        absent = (samples["flags"] & np.uint32(_ABSENT.get(name, 0))) != 0
+        absent = (samples["flags"] & np.uint32(ABSENT_BY_COLUMN.get(name, 0))) != 0
         unmarked = np.isnan(values) & ~absent & ~known_bad
-        if name in _ABSENT and unmarked.any():
+        if name in ABSENT_BY_COLUMN and unmarked.any():
             yield (
                 f"{name} is missing without a flag at {int(unmarked.sum())} ticks, first at tick "
                 f"{_first(samples, unmarked)}"

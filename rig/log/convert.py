@@ -22,7 +22,7 @@ from rig.log.mcap.writer import RunWriter
 from rig.log.replay import ReplayComparison
 from rig.outputs import UNFINISHED, make_folder
 from rig.record import AGED, Record
-from rig.sample import WIRES, Flag, Phase
+from rig.sample import ABSENT_BY_COLUMN, WIRES, Phase
 
 CHUNK_ROWS = 100
 """Rows in a chunk: 0.5 s at 200 Hz, between what a recorder puts into one in real time (a flush) and in virtual time
@@ -32,7 +32,6 @@ _Message = tuple[int, int, bytes]
 """Log time, channel, data."""
 _FROM_TIME = frozenset({"scheduled_ns", "woken_ns", "read_ns", "written_ns"})
 """Fields that a record's time and lateness make."""
-_ABSENT = {"p1_mpa": Flag.P1_ABSENT, "p2_mpa": Flag.P2_ABSENT, "angle_deg": Flag.ANGLE_ABSENT}
 
 
 @dataclass(frozen=True)
@@ -154,7 +153,7 @@ def samples_of(record: Record, started_ns: int) -> Samples:
         fields["run"][:] = 1
     if "angle_zero_deg" not in known:
         fields["angle_zero_deg"][:] = 0.0
-    for name, flag in _ABSENT.items():
+    for name, flag in ABSENT_BY_COLUMN.items():
         fields["flags"][np.isnan(fields[name])] |= np.uint32(flag)
     return Samples(fields, offsets + np.int64(started_ns), np.arange(count, dtype=np.uint32))
 

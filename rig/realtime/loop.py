@@ -9,7 +9,7 @@ import math
 from dataclasses import dataclass, field
 
 from rig.errors import DeviceError, DeviceLost, DevicePending, StateError
-from rig.interfaces import NAN, Clock, Device, Measurement, Role, abilities_of
+from rig.interfaces import NAN, Clock, Device, Measurement, abilities_of
 from rig.realtime.commands import Answer, Commands, Request
 from rig.realtime.faults import Fault
 from rig.realtime.guard import Bucket, Guard, Limits, Misses
@@ -17,6 +17,7 @@ from rig.realtime.program import Program
 from rig.realtime.ring import RingWriter
 from rig.realtime.state import Event, State, after
 from rig.sample import (
+    ABSENT_BY_ROLE,
     ANGLE_ABSENT,
     ANGLE_ZEROED,
     BROKEN_WIRE,
@@ -35,7 +36,6 @@ _ZERO, _NO_PHASE, _NO_FAULT = Phase.ZERO, Phase.NONE, Fault.NONE
 _COMMANDING = (State.ARMED, State.RUNNING, State.DONE)
 _UNDER_COMMAND = (State.ARMED, State.RUNNING)
 _SILENT = (State.DISARMED, State.FAULT)
-_ABSENT = {Role.MONITOR_1: P1_ABSENT, Role.MONITOR_2: P2_ABSENT, Role.ANGLE: ANGLE_ABSENT}
 _NO_MEASUREMENT = Measurement(flags=P1_ABSENT | P2_ABSENT | ANGLE_ABSENT | READ_ERROR)
 
 LOOKS = 3
@@ -92,7 +92,7 @@ class Loop:
 
     def _forgive(self) -> None:
         """Begin to count errors, misses and repetitions anew."""
-        expected = sum(flag for role, flag in _ABSENT.items() if role in self._device.roles)
+        expected = sum(flag for role, flag in ABSENT_BY_ROLE.items() if role in self._device.roles)
         self._guard = Guard(self._limits, self._period_ns / 1e9, expected)
         self._errors = Bucket(self._limits.bucket)
         self._misses = Misses(self._limits, self._period_ns)

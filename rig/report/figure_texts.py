@@ -2,7 +2,7 @@
 signs are in it."""
 
 import re
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from rig.report.shown_text import in_lines, in_one_line
 
@@ -24,6 +24,14 @@ def as_written(figure: "Figure") -> None:
         said = text.get_text()
         if not said.replace("\n", "").isprintable():
             text.set_text(in_lines(said))
+
+
+def on_terminal(figure: Any) -> str:
+    """A figure of plotext, over seconds, as text without colours; the figure is empty afterwards."""
+    figure.label("s", "x")
+    text = str(figure.build())
+    figure.clear()
+    return re.sub(r"\x1b\[[0-9;]*m", "", text)
 
 
 def in_markdown(text: str) -> str:

@@ -3,7 +3,6 @@ frequencies), Figs. 4 to 6 (measured and estimated angle over time, their differ
 convergence of a search.
 """
 
-import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -12,7 +11,7 @@ from rig.channels import PNEUMATIC, Channels
 from rig.outputs import OutputKind, writing
 from rig.own_units import own_text, speaker
 from rig.record import Column, Record
-from rig.report.figure_texts import as_written
+from rig.report.figure_texts import as_written, on_terminal
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -125,10 +124,7 @@ def terminal_comparison(
     line.lines()
     figure.draw(line)
     figure.title(f"{title}: .. measured, line estimated {label}")
-    figure.label("s", "x")
-    text = str(figure.build())
-    figure.clear()
-    return re.sub(r"\x1b\[[0-9;]*m", "", text)
+    return on_terminal(figure)
 
 
 def save_figure(figure: "Figure", path: Path) -> Path:

@@ -4,7 +4,6 @@ They show what was recorded and nothing else: no smoothing, no resampling; misse
 and of the gap are elsewhere in rig.report.
 """
 
-import re
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -18,7 +17,7 @@ from rig.log.replay import ReplayComparison
 from rig.outputs import OutputKind, writing
 from rig.own_units import own_text, speaker
 from rig.record import Column, Record
-from rig.report.figure_texts import as_written
+from rig.report.figure_texts import as_written, on_terminal
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -152,10 +151,7 @@ def terminal_picture(record: Record, width: int, height: int) -> str:
         figure.line(time_s, "vertical")
     command = say(".. command p1 - p2 [MPa] (right)")
     figure.title(f"{record.name}: {', '.join(label for label, _ in shown)} (left), {command}")
-    figure.label("s", "x")
-    text = str(figure.build())
-    figure.clear()
-    return re.sub(r"\x1b\[[0-9;]*m", "", text)
+    return on_terminal(figure)
 
 
 def _terminal_curve(figure: Any, record: Record, column: Column, side: str, marker: str) -> Any:

@@ -13,9 +13,8 @@ from pathlib import Path
 from rig.errors import ConfigError, DeviceError, DeviceLost
 from rig.fields import bounded
 from rig.interfaces import NAN, Abilities, DeviceContext, Measurement, Role, Wiring
-from rig.sample import ANGLE_ABSENT, P1_ABSENT, P2_ABSENT
+from rig.sample import ABSENT_BY_ROLE
 
-_ABSENT = {Role.MONITOR_1: P1_ABSENT, Role.MONITOR_2: P2_ABSENT, Role.ANGLE: ANGLE_ABSENT}
 _COLUMNS = {Role.MONITOR_1: "p1_mpa", Role.MONITOR_2: "p2_mpa", Role.ANGLE: "angle_deg"}
 
 
@@ -62,9 +61,9 @@ class PlaybackRig(Abilities):
         passed_ns = 0 if self._began_ns is None else self._now() - self._began_ns
         row = bisect_right(self._times_ns, passed_ns) - 1
         age_ns = passed_ns - self._times_ns[row]
-        p1, p2, angle = (self._columns[role][row] if role in self._columns else NAN for role in _ABSENT)
+        p1, p2, angle = (self._columns[role][row] if role in self._columns else NAN for role in ABSENT_BY_ROLE)
         flags = sum(
-            absent for value, absent in zip((p1, p2, angle), _ABSENT.values(), strict=True) if math.isnan(value)
+            absent for value, absent in zip((p1, p2, angle), ABSENT_BY_ROLE.values(), strict=True) if math.isnan(value)
         )
         ages = [0 if math.isnan(value) else age_ns for value in (p1, p2, angle)]
         return Measurement(p1, p2, angle, p1, p2, angle, NAN, ages[0], ages[1], ages[2], flags)

@@ -12,7 +12,7 @@ from mcap.records import Channel, Schema
 from rig.log.mcap import schema
 from rig.log.mcap.columns import GrowingSamples, Layout, Samples, layout_of, run_length
 from rig.log.mcap.contents import Contents
-from rig.log.mcap.framing import HEAD, MESSAGE_HEAD, Block, DamageError, blocks, unpacked_limit
+from rig.log.mcap.framing import HEAD, MESSAGE_HEAD, Block, DamageError, Unpacker, blocks, unpacked_limit
 from rig.sample import WIRES
 
 _BATCH_BYTES: Final = 1 << 20
@@ -61,6 +61,13 @@ class SampleCollector:
             raise DamageError(place, f"inside the chunk, {error}") from None
         except ValueError as error:
             raise DamageError(place, f"inside the chunk: {error}") from None
+
+    def all_chunks(self, data: memoryview) -> Samples:
+        """The samples of every chunk that the contents name, of the file `data`; DamageError as for `feed`."""
+        unpacker = Unpacker(len(data))
+        for chunk in self.contents.chunks:
+            self.feed(unpacker.open(chunk), chunk.start)
+        return self.samples()
 
     def samples(self) -> Samples:
         """All samples fed so far; DamageError as for `feed`."""

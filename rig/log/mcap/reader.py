@@ -114,11 +114,8 @@ def read_stretch(path: Path, first_ns: int, last_ns: int) -> Samples:
     if contents is None:  # no index that proves itself: the whole file is gone through, and its damage is found
         with McapLog(path) as log:
             return log.samples(first_ns, last_ns)
-    collector, unpacker = SampleCollector(contents, len(data)), Unpacker(len(data))
     try:
-        for chunk in contents.chunks:
-            collector.feed(unpacker.open(chunk), chunk.start)
-        samples = collector.samples()
+        samples = SampleCollector(contents, len(data)).all_chunks(data)
     except DamageError as error:
         raise RecordError(f"{path}: {error}; `pamrig log recover` saves what is whole") from None
     return samples.rows((samples.log_time_ns >= first_ns) & (samples.log_time_ns <= last_ns))

@@ -20,8 +20,9 @@ from urllib.parse import urlsplit
 
 from rig.errors import RigError
 from rig.qualify.benchmarks import figure
-from rig.qualify.benchmarks.safety import busy, estop, lateness
+from rig.qualify.benchmarks.safety import busy, lateness
 from rig.qualify.faults.bench import FaultBench, Spoilt
+from rig.qualify.faults.table import estop
 from rig.service.records.lateness import quantiles
 from rig.service.web.stream.glance import FRESH_S
 

@@ -19,6 +19,7 @@ from hil.faults import Injection
 from rig.errors import RigError
 from rig.qualify.benchmarks import figure
 from rig.qualify.faults.bench import FaultBench, Spoilt
+from rig.qualify.faults.table import estop
 from rig.qualify.faults.wired import ModbusFaultBench
 from rig.service.connections import protocol
 from rig.service.records.lateness import quantiles
@@ -56,14 +57,6 @@ def _acts() -> dict[str, Act]:
         "SIGKILL": lambda bench: bench.send("loop", signal.SIGKILL),
         "SIGSTOP": lambda bench: bench.send("loop", signal.SIGSTOP),
     }
-
-
-def estop(bench: FaultBench) -> int:
-    """By a client that connects anew, as `pamrig estop` does; returns when it was called."""
-    with bench.client() as client:
-        now_ns = time.monotonic_ns()
-        client.estop()
-    return now_ns
 
 
 def _trial(bench: FaultBench, act: Act) -> float:

@@ -77,7 +77,8 @@ def _after_a_flush(number: int) -> Callable[[FaultBench], int]:
     return act
 
 
-def _estop(bench: FaultBench) -> int:
+def estop(bench: FaultBench) -> int:
+    """By a client that connects anew, as `pamrig estop` does; returns when it was called."""
     with bench.client() as client:
         now_ns = time.monotonic_ns()
         client.estop()
@@ -311,7 +312,7 @@ TABLE: Final[tuple[FaultRow, ...]] = (
         100.0,
         "is gone",
     ),
-    FaultRow("estop", "`pamrig estop`", _estop, ("ESTOP",), 10.0),
+    FaultRow("estop", "`pamrig estop`", estop, ("ESTOP",), 10.0),
     FaultRow("full disk", "the disk takes nothing any more", _full_disk, (), said="not valid"),
     FaultRow("flood", "four floods and a subscriber that does not read", _flood, ()),
     FaultRow("second daemon", "another daemon is started", _second_daemon, ()),

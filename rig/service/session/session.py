@@ -53,7 +53,7 @@ class LoopSetup:
     script: tuple[int, ...] | None = None
     """Numbers of the runs to carry out one after the other; None: obey the mailbox."""
     options: Mapping[str, Any] = field(default_factory=dict)
-    """Further wishes of the caller for the roof, for example a model that replaces the rig's."""
+    """Further options of the caller for the roof, for example a model that replaces the rig's."""
 
 
 def _recorder(*arguments: Any) -> None:

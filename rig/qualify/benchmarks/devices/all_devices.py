@@ -23,7 +23,7 @@ from rig.model.chain import Chain
 from rig.model.parameters import load_model
 from rig.qualify.benchmarks import figure
 from rig.qualify.benchmarks.devices.fieldbus import bench_fieldbus
-from rig.qualify.benchmarks.devices.fieldbus_rig import quantiles
+from rig.qualify.benchmarks.devices.fieldbus_rig import quantiles, tick
 from rig.qualify.benchmarks.devices.tick import bench_tick
 from rig.realtime.clock import MonotonicClock
 
@@ -52,7 +52,7 @@ def _myrio(folder: Path) -> dict[str, Any]:
     device.open()
     with_plant = quantiles(_ticks(device, TICKS // 4))
     stand_in.close()  # registers stand still from here on: only driver and package are left to be timed
-    ours, bare = _in_turns(lambda: _tick(device), _bare_tick(settings))
+    ours, bare = _in_turns(lambda: tick(device), _bare_tick(settings))
     figures = {
         f"myRIO tick, {key}": figure(ours[key], "us", "the same calls of bare nifpga", bare[key])
         for key in ("p50", "p99")
@@ -112,7 +112,7 @@ def _mixed(settings: MyRioSettings, context: DeviceContext) -> dict[str, Any]:
     mixed, single = MixedRig(parts, context.clock, context.period_ns), MyRio(settings, context)
     mixed.open()
     single.open()
-    ours, one = _in_turns(lambda: _tick(mixed), lambda: _tick(single))
+    ours, one = _in_turns(lambda: tick(mixed), lambda: tick(single))
     mixed.close()
     single.close()
     return {
@@ -135,13 +135,8 @@ def _plant() -> Chain:
     return chain
 
 
-def _tick(device: Device) -> None:
-    device.read()
-    device.write(0.2, 0.2)
-
-
 def _ticks(device: Device, count: int) -> list[int]:
-    return [_timed(lambda: _tick(device)) for _ in range(count)]
+    return [_timed(lambda: tick(device)) for _ in range(count)]
 
 
 def _timed(call: Callable[[], object]) -> int:

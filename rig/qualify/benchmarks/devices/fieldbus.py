@@ -19,7 +19,7 @@ from rig.errors import DeviceError
 from rig.interfaces import Device, Role
 from rig.qualify.benchmarks import figure
 from rig.qualify.benchmarks.devices.deaths import bench_deaths
-from rig.qualify.benchmarks.devices.fieldbus_rig import BAUDS, VALVE_ROLES, context, itv, modbus, quantiles, spec
+from rig.qualify.benchmarks.devices.fieldbus_rig import BAUDS, VALVE_ROLES, context, itv, modbus, quantiles, spec, tick
 
 TICKS: Final = 2000
 RATE_S: Final = 1.0
@@ -41,7 +41,7 @@ def _tcp() -> dict[str, Any]:
         for mode in (ExchangeMode.SEPARATE, ExchangeMode.COMBINED):
             device = ModbusIo(modbus(running, mode), context())
             device.open()
-            ours, peer = _in_turns(lambda device=device: _tick(device), bare[mode])  # type: ignore[misc]
+            ours, peer = _in_turns(lambda device=device: tick(device), bare[mode])  # type: ignore[misc]
             device.close()
             calls = "functions 4 and 16" if mode is ExchangeMode.SEPARATE else "function 23"
             for key in ("p50", "p99"):
@@ -76,7 +76,7 @@ def _tcp_rates(running: Emulation) -> dict[str, Any]:
     for mode in (ExchangeMode.SEPARATE, ExchangeMode.COMBINED):
         device = ModbusIo(modbus(running, mode), context())
         device.open()
-        ticks = _count(lambda device=device: _tick(device))  # type: ignore[misc]
+        ticks = _count(lambda device=device: tick(device))  # type: ignore[misc]
         device.close()
         figures[f"Modbus TCP {mode.value}, ticks a second"] = figure(
             ticks / RATE_S,
@@ -156,11 +156,6 @@ def _drive(device: Device, count: Callable[[], int]) -> tuple[list[int], int]:
         times.append(time.perf_counter_ns() - began)
         time.sleep(0.001)
     return times, count() - before
-
-
-def _tick(device: Device) -> None:
-    device.read()
-    device.write(0.2, 0.2)
 
 
 def _count(call: Callable[[], object]) -> int:

@@ -10,7 +10,7 @@ from hil.emulators.emulation import Emulation
 from hil.emulators.modbus.module import ModuleWiring, PressureWire
 from hil.emulators.spec import BusSpec, ModuleSpec, RigSpec, ValveSpec
 from rig.app import shipped
-from rig.interfaces import DeviceContext, Role
+from rig.interfaces import Device, DeviceContext, Role
 from rig.realtime.clock import MonotonicClock
 
 BAUDS: Final = (9600, 19200, 38400, 57600, 115200)
@@ -77,6 +77,12 @@ def itv(running: Emulation, baud: int) -> ItvSettings:
 
 def context(roles: frozenset[Role] = frozenset(Role)) -> DeviceContext:
     return DeviceContext(MonotonicClock(), roles, *SAFE)
+
+
+def tick(device: Device) -> None:
+    """What a loop asks of a device each period."""
+    device.read()
+    device.write(0.2, 0.2)
 
 
 def quantiles(times_ns: list[int]) -> dict[str, float]:
