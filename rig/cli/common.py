@@ -61,6 +61,25 @@ def family_option(
     )
 
 
+def rig_option(words: str) -> Callable[[F], F]:
+    """`--rig RIG.yaml`, passed on as `rig_path`."""
+    path = click.Path(path_type=Path)
+    return click.option("--rig", "rig_path", type=path, metavar="RIG.yaml", help=words)
+
+
+def clock_option(command: F) -> F:
+    """`--clock real|virtual`, of a command that runs a rig."""
+    kinds = click.Choice(["real", "virtual"])
+    told = "Virtual: as fast as it can."
+    return click.option("--clock", type=kinds, default="real", show_default=True, help=told)(command)
+
+
+def force_option(verb: str) -> Callable[[F], F]:
+    """`--force`, of a command that moves a real rig."""
+    told = "on real hardware although real-time measures were denied, or the watchdog of a device takes too long."
+    return click.option("--force", is_flag=True, help=f"{verb} {told}")
+
+
 def model_option(command: Callable[..., None]) -> Callable[..., None]:
     """`--model MODEL.yaml`, passed on as `model`: what the command is about, and must be named. MODEL as the first
     argument stays understood."""

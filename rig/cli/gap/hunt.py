@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from rig.app.terminal import console
-from rig.cli.common import Number, emit, json_option
+from rig.cli.common import Number, clock_option, emit, json_option, rig_option
 from rig.cli.gap.options import baseline_option, reference_option
 from rig.cli.outputs import Command, output_option
 from rig.cli.service.daemon import socket_option
@@ -22,7 +22,7 @@ _path = click.Path(path_type=Path)
 
 
 @click.command(cls=Command, short_help="Run and diagnose until the cause is known.")
-@click.option("--rig", "rig_path", type=_path, metavar="RIG.yaml", help="Rig to run on; default: the simulated rig.")
+@rig_option("Rig to run on; default: the simulated rig.")
 @click.option("--model", required=True, type=_path, metavar="MODEL.yaml", help="The simulator.")
 @baseline_option("Records of one earlier day; repeat for more days. `model`: the logs it was identified from.")
 @reference_option()
@@ -47,13 +47,7 @@ _path = click.Path(path_type=Path)
     default=None,
     help="Ask before every sweep. Default: on a real rig, and not on a simulated one.",
 )
-@click.option(
-    "--clock",
-    type=click.Choice(["real", "virtual"]),
-    default="real",
-    show_default=True,
-    help="Virtual: as fast as it can.",
-)
+@clock_option
 @click.option("--seed", type=click.IntRange(0), help="Seed of the simulated rig's noise; each sweep has the next one.")
 @click.option("--force", is_flag=True, help="As in `pamrig run`.")
 @click.option(

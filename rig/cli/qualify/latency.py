@@ -5,7 +5,7 @@ from pathlib import Path
 import click
 
 from rig.app.terminal import console, listing
-from rig.cli.common import Number, emit, json_option
+from rig.cli.common import Number, emit, json_option, rig_option
 from rig.cli.outputs import Command
 
 
@@ -17,13 +17,7 @@ from rig.cli.outputs import Command
     show_default=True,
     help="How long to measure each of the two.",
 )
-@click.option(
-    "--rig",
-    "rig_path",
-    type=click.Path(path_type=Path),
-    metavar="RIG.yaml",
-    help="Rig whose period and priority to use; default: the simulated rig.",
-)
+@rig_option("Rig whose period and priority to use; default: the simulated rig.")
 @json_option
 def latency(seconds: float, rig_path: Path | None, json_to: str | None) -> None:
     """Run the loop with the simulated rig and recording, then cyclictest at the same priority, and compare how late

@@ -5,7 +5,7 @@ from pathlib import Path
 import click
 
 from rig.app.terminal import console
-from rig.cli.common import Number, emit, json_option
+from rig.cli.common import Number, emit, force_option, json_option, rig_option
 from rig.cli.outputs import Command, figure_option, output_option
 from rig.outputs import OutputKind
 
@@ -19,13 +19,7 @@ from rig.outputs import OutputKind
     metavar="MODEL.yaml",
     help="Model of the simulated rig, instead of its own.",
 )
-@click.option(
-    "--rig",
-    "rig_path",
-    type=click.Path(path_type=Path),
-    metavar="RIG.yaml",
-    help="Rig to replay on; default: the simulated rig.",
-)
+@rig_option("Rig to replay on; default: the simulated rig.")
 @output_option(
     OutputKind.RECORDING, "OUT.mcap, or a folder; default: a new folder under logs/.", or_folder=True, metavar="OUT"
 )
@@ -46,11 +40,7 @@ from rig.outputs import OutputKind
     help="YAML of tolerances, one a field; exit status 1 when one is exceeded.",
 )
 @figure_option("PNG, SVG or PDF; a folder for several; default: beside the log of the replay, as SVG.", or_folder=True)
-@click.option(
-    "--force",
-    is_flag=True,
-    help="Replay on real hardware although real-time measures were denied, or the watchdog of a device takes too long.",
-)
+@force_option("Replay")
 @json_option
 def replay(
     log: Path,

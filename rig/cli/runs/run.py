@@ -4,7 +4,7 @@ from pathlib import Path
 
 import click
 
-from rig.cli.common import emit, json_option
+from rig.cli.common import clock_option, emit, force_option, json_option, rig_option
 from rig.cli.outputs import Command, output_option
 from rig.outputs import OutputKind
 from rig.report.shown_text import in_lines
@@ -12,27 +12,11 @@ from rig.report.shown_text import in_lines
 
 @click.command(cls=Command)
 @click.argument("sweep", type=click.Path(path_type=Path))
-@click.option(
-    "--rig",
-    "rig_path",
-    type=click.Path(path_type=Path),
-    metavar="RIG.yaml",
-    help="Rig to run on; default: the simulated rig.",
-)
+@rig_option("Rig to run on; default: the simulated rig.")
 @output_option(OutputKind.FOLDER, "Folder for the records; default: a new one under logs/.", metavar="DIR")
-@click.option(
-    "--clock",
-    type=click.Choice(["real", "virtual"]),
-    default="real",
-    show_default=True,
-    help="Virtual: as fast as it can.",
-)
+@clock_option
 @click.option("--seed", type=click.IntRange(0), help="Seed of the simulated rig's noise.")
-@click.option(
-    "--force",
-    is_flag=True,
-    help="Run on real hardware although real-time measures were denied, or the watchdog of a device takes too long.",
-)
+@force_option("Run")
 @click.option("--tag", "tags", multiple=True, metavar="NAME=VALUE", help="Goes into every record: muscle, load, who.")
 @click.option("--note", metavar="TEXT", help="Why this session: goes into every record.")
 @json_option

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from rig.app.terminal import console, listing
-from rig.cli.common import Number, emit, json_option, model_option
+from rig.cli.common import Number, clock_option, emit, force_option, json_option, model_option, rig_option
 from rig.cli.outputs import Command, Renamed, figure_option, output_option, told_at_the_end
 from rig.outputs import OutputKind
 from rig.report.shown_text import in_lines
@@ -20,7 +20,7 @@ _path = click.Path(path_type=Path)
 
 @click.command(cls=Command)
 @click.argument("reference", type=_path)
-@click.option("--rig", "rig_path", type=_path, metavar="RIG.yaml", help="Rig to run on; default: the simulated rig.")
+@rig_option("Rig to run on; default: the simulated rig.")
 @click.option("--model", "model", type=_path, metavar="MODEL.yaml", help="The simulator, for feed-forward and gains.")
 @click.option(
     "--augmented",
@@ -39,16 +39,9 @@ _path = click.Path(path_type=Path)
 )
 @output_option(OutputKind.FOLDER, "Folder for the records; default: a new one under logs/.", metavar="DIR")
 @figure_option("PNG, SVG or PDF: angle, reference, error and command.")
-@click.option(
-    "--clock", type=click.Choice(["real", "virtual"]), default="real", show_default=True,
-    help="Virtual: as fast as it can.",
-)  # fmt: skip
+@clock_option
 @click.option("--seed", type=click.IntRange(0), help="Seed of the simulated rig's noise.")
-@click.option(
-    "--force",
-    is_flag=True,
-    help="Run on real hardware although real-time measures were denied, or the watchdog of a device takes too long.",
-)
+@force_option("Run")
 @json_option
 def track(
     reference: Path,
@@ -102,13 +95,7 @@ def track(
 
 @click.command(cls=Command)
 @model_option
-@click.option(
-    "--rig",
-    "rig_path",
-    type=_path,
-    metavar="RIG.yaml",
-    help="Rig whose period and envelope hold; default: the simulated rig.",
-)
+@rig_option("Rig whose period and envelope hold; default: the simulated rig.")
 @click.option(
     "--p0",
     "p0_mpa",

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from rig.app.terminal import console
-from rig.cli.common import F, Number, emit, json_option
+from rig.cli.common import F, Number, emit, json_option, rig_option
 from rig.cli.outputs import Command
 from rig.report.shown_text import in_one_line
 
@@ -25,13 +25,7 @@ def socket_option(command: F) -> F:
 
 
 @click.command(cls=Command)
-@click.option(
-    "--rig",
-    "rig_path",
-    type=click.Path(path_type=Path),
-    metavar="RIG.yaml",
-    help="Rig to serve; default: the simulated rig.",
-)
+@rig_option("Rig to serve; default: the simulated rig.")
 @click.option(
     "--config",
     type=click.Path(path_type=Path),

@@ -5,7 +5,7 @@ from pathlib import Path
 import click
 
 from rig.app.terminal import console
-from rig.cli.common import F
+from rig.cli.common import F, rig_option
 from rig.cli.outputs import Group
 from rig.errors import RigError
 
@@ -21,13 +21,7 @@ def _init_option(command: F) -> F:
 
 
 @service.command(short_help="Install and start the daemon as a service.")
-@click.option(
-    "--rig",
-    "rig_path",
-    type=click.Path(path_type=Path),
-    metavar="RIG.yaml",
-    help="Rig to serve; default: the simulated rig.",
-)
+@rig_option("Rig to serve; default: the simulated rig.")
 @_init_option
 @click.option(
     "--root",
@@ -84,9 +78,7 @@ def uninstall(init: str | None, root: Path) -> None:
 
 
 @service.command(short_help="Write the safe state from here.")
-@click.option(
-    "--rig", "rig_path", type=click.Path(path_type=Path), metavar="RIG.yaml", help="Default: the simulated rig."
-)
+@rig_option("Default: the simulated rig.")
 def safe(rig_path: Path | None) -> None:
     """Write the safe state to the rig's device from here, whoever else has it. What systemd does after the daemon has
     ended."""
