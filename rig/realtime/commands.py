@@ -17,6 +17,8 @@ from rig.realtime.silence import Silence
 from rig.realtime.state import State
 
 CONTROL_PATIENCE_NS: Final = 1_000_000_000
+"""So long the loop goes on without a beat of the process that commands it. Longer: a daemon that hangs is noticed
+later, with the rig under way; shorter: one that a busy machine keeps from its processor is taken for lost."""
 
 
 class Request(IntEnum):

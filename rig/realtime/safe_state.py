@@ -24,7 +24,9 @@ from rig.realtime.shared import HEADER_WORDS, SharedBlock
 GONE_PATIENCE_S: Final = 0.5
 """A killed process is gone within milliseconds, unless it waits inside the kernel."""
 RETRY_S: Final = 0.02
+"""Between two attempts to write the safe state or to read it back."""
 _PERSISTENCE_S: Final = 10.0
+"""So long the attempts go on with a device that does not take it; then its own watchdog is all that is left."""
 _FD_SETSIZE: Final = 1024
 """select(2) knows no descriptor from there on, of which a notebook may hold many."""
 _SAME_LOSS_NS: Final = 5_000_000_000

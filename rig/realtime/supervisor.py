@@ -13,7 +13,10 @@ from rig.realtime.ring import Ring
 from rig.realtime.safe_state import LoopVerdict, SafeBlock, SafeStateAuthority, WatchedProcess, Writer
 
 _LOOK_S: Final = 0.05
+"""The longest wait for the loop's end before a watcher beats again itself and looks whether it is released; others take
+it for lost after six of them (`rig.service.session.watchers.WATCHER_PATIENCE_S`)."""
 _OTHERS_LOOK_S: Final = 0.005
+"""How often the guardian looks, in its grace, whether somebody else has made the rig safe."""
 
 
 class Supervisor:

@@ -32,6 +32,7 @@ and the disk is looked at."""
 _BUSY_SHARE = 8
 """Who took this part of the ring at one look takes more at once instead of sleeping."""
 _LAST_WORDS_S = 2.0
+"""For what a loop still publishes when nobody commands it any more: it is on its way to the safe state."""
 _NICE = 5
 """Behind the daemon and the page, for the ring holds 41 s; before the live view, for a record is worth more."""
 _ERRORS = Flag.READ_ERROR | Flag.WRITE_ERROR

@@ -35,10 +35,17 @@ LOOP_PATIENCE_S: Final = 0.1
 _UNWATCHED_PATIENCE_S: Final = 1.0
 """Without a supervisor the plant ends with the loop, and there is no hurry."""
 _PATIENCE_PERIODS: Final = 6
+"""At long periods the patience is so many of them: a loop beats once in each, and may skip some before it is a fault of
+its own."""
 _GRACE_S: Final = 0.1
 """What a supervisor that works has for the safe state of a loop that is gone."""
 CONFIRMING_NS: Final = 100_000_000
+"""A safe state that was written so long ago would have been read back by now if the device could tell; after it no more
+than that it was written can be said. Shorter: a slow wire's answer is not waited for; longer: so is the answer to an
+emergency stop."""
 RECORDER_STOPPED_S: Final = 0.2
+"""After taking nothing for so long a recorder is asked for: one that somebody has stopped by a signal does not come
+back by itself."""
 _POLL_S: Final = 0.002
 _LOOK_NS: Final = 200_000_000
 _LOOKS: Final = 3

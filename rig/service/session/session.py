@@ -33,6 +33,8 @@ from rig.service.session.watchers import WatcherEntry, Watchers, await_ready
 
 LoopEntry = Callable[["LoopSetup", Connection], None]
 END_PATIENCE_S = 5.0
+"""For a loop to leave through its safe state, which has a bound of its own (`rig.realtime.loop.LEAVING_NS`); then it is
+killed."""
 _END_LOOK_S = 0.02
 _LOG = logging.getLogger("pamrig")
 SETTLE_S = 3.0

@@ -29,6 +29,7 @@ from rig.service.session.telemetry import Telemetry
 
 _LOG = logging.getLogger("pamrig")
 ANSWER_PATIENCE_S: Final = 1.0
+"""For the loop to answer a request, which it does within a tick: beyond it, it hangs."""
 ESTOP_PATIENCE_S: Final = 3.0
 """Until an emergency stop that nobody could carry out is answered; the attempts go on after it."""
 _ANSWER_POLL_S: Final = 0.002
