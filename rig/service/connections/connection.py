@@ -24,7 +24,7 @@ VIEWER_PATIENCE_S: Final = 60.0
 _LOOK_AFTER_S: Final = 0.2
 _SUBSCRIBE_HZ: Final = (0.1, 50.0)
 _USUAL_HZ: Final = 10.0
-"""Of a subscriber that does not say how often: as often as somebody can read (docs/reference/control_protocol.md)."""
+"""Of a subscriber that does not say how often: as often as somebody can read."""
 _LOG = logging.getLogger("pamrig")
 
 
