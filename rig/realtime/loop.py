@@ -21,8 +21,6 @@ from rig.sample import (
     ANGLE_ABSENT,
     ANGLE_ZEROED,
     BROKEN_WIRE,
-    P1_ABSENT,
-    P2_ABSENT,
     READ_ERROR,
     SUSPECT,
     WRITE_ERROR,
@@ -36,7 +34,7 @@ _ZERO, _NO_PHASE, _NO_FAULT = Phase.ZERO, Phase.NONE, Fault.NONE
 _COMMANDING = (State.ARMED, State.RUNNING, State.DONE)
 _UNDER_COMMAND = (State.ARMED, State.RUNNING)
 _SILENT = (State.DISARMED, State.FAULT)
-_NO_MEASUREMENT = Measurement(flags=P1_ABSENT | P2_ABSENT | ANGLE_ABSENT | READ_ERROR)
+_NO_MEASUREMENT = Measurement(flags=sum(ABSENT_BY_ROLE.values()) | READ_ERROR)
 
 LOOKS = 3
 """Ticks in which the safe state is read back from the device, as long as it does not answer."""
