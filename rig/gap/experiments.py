@@ -46,7 +46,7 @@ def _said_by(question: Question, records: Sequence[Record]) -> SaidByExperiments
 
 def _heard(question: Question) -> SaidByExperiments:
     _, _, posteriors = weigh(question)
-    return {posterior.stand.name: heard(posterior) for posterior in posteriors if not posterior.given}
+    return {posterior.problem.name: heard(posterior) for posterior in posteriors if not posterior.given}
 
 
 def _for_experiments(question: Question) -> Question:

@@ -21,8 +21,8 @@ from rig.gap.answer.tell import tell
 from rig.gap.evidence.posterior import Posterior, judge
 from rig.gap.evidence.second import with_second
 from rig.gap.hypotheses.fit import Fit
+from rig.gap.hypotheses.inverse_problems import InverseProblem, angle_problem, pressure_problem
 from rig.gap.hypotheses.library import NONE, UNKNOWN, Effect, chosen
-from rig.gap.hypotheses.scenes import Stand, angle_stand, pressure_stand
 from rig.gap.plan.candidates import Room
 from rig.gap.raw_tests.codes import ConverterCode, centred
 from rig.gap.raw_tests.quantisation import code_found
@@ -50,7 +50,7 @@ class Grounds:
     posteriors: tuple[Posterior, ...]
 
 
-Mend = Callable[[Record], Record]
+Repair = Callable[[Record], Record]
 """Takes out of a record what its raw samples show."""
 SaidByExperiments = Mapping[str, Mapping[str, float]]
 """Log evidence (nats) of later experiments, by factor and hypothesis; it is added to the prior odds."""
@@ -163,29 +163,29 @@ def _judged(
     """What competes on each factor, upstream first; and what was expected of the angle, given what the pressures
     say."""
 
-    def said(stand: Stand) -> Mapping[str, float]:
-        return question.experiments.get(stand.name, {})
+    def said(problem: InverseProblem) -> Mapping[str, float]:
+        return question.experiments.get(problem.name, {})
 
-    def judged(stand: Stand) -> Posterior:
-        return judge(effects, _with_withheld(question, stand), said(stand))
+    def judged(problem: InverseProblem) -> Posterior:
+        return judge(effects, _with_withheld(question, problem), said(problem))
 
     def seconded(alone: Posterior) -> tuple[Posterior, ...]:
-        return with_second(effects, alone, said(alone.stand))
+        return with_second(effects, alone, said(alone.problem))
 
     if not expected.driven or not question.ahead:
-        return expected, seconded(judged(angle_stand(expected, settings)))
-    ahead = judged(pressure_stand(expected, settings))
+        return expected, seconded(judged(angle_problem(expected, settings)))
+    ahead = judged(pressure_problem(expected, settings))
     days = pressure_days(expected.contexts)
     given = {name: expected_given(ahead, name, expected, days, settings) for name in ahead.likely(STILL_LIKELY)}
-    found = {name: judged(angle_stand(given[name], settings)) for name in given}
+    found = {name: judged(angle_problem(given[name], settings)) for name in given}
     faint = _faint(ahead, given, expected, days, settings)
     if len(given) + len(faint) > 1:
         few = _still_open(effects, found.values())
-        beside = found | {name: judge(few, angle_stand(one, settings)) for name, one in faint.items()}
-        ahead = ahead.with_evidence(_heard(beside, ahead.stand.scene.odds.together))
+        beside = found | {name: judge(few, angle_problem(one, settings)) for name, one in faint.items()}
+        ahead = ahead.with_evidence(_heard(beside, ahead.problem.forward.odds.together))
     best = max((*given, *faint), key=lambda name: ahead.probability[name])
     if best in faint:
-        given, found = faint, {best: judged(angle_stand(faint[best], settings))}
+        given, found = faint, {best: judged(angle_problem(faint[best], settings))}
     return given[best], (*seconded(ahead), *seconded(found[best]))
 
 
@@ -220,20 +220,20 @@ def expected_given(ahead: Posterior, name: str, expected: Expected, days: Column
     monitors'."""
     if name == UNKNOWN or ahead.log_odds_beside.get(name, -math.inf) > 0.0:
         return expected
-    factor, levels = ahead.scene_of(name).factor, settings.levels[expected.levels]
+    factor, levels = ahead.forward_of(name).factor, settings.levels[expected.levels]
     return read_right(expected, misread(factor, ahead.left(name), levels, days))
 
 
-def _with_withheld(question: Question, stand: Stand) -> Stand:
+def _with_withheld(question: Question, problem: InverseProblem) -> InverseProblem:
     """What is thought beforehand of something unknown, with what was thought of the effects that are kept from the
     library."""
     kept_out = [effect for effect in chosen(question.withheld) if not effect.signature]
-    acting = sum(any(stand.shows(law) for law in effect.laws) for effect in kept_out)
+    acting = sum(any(problem.shows(law) for law in effect.laws) for effect in kept_out)
     if not acting:
-        return stand
-    odds = stand.scene.odds
+        return problem
+    odds = problem.forward.odds
     unknown = float(np.logaddexp(odds.unknown, np.log(acting)))
-    return replace(stand, scene=replace(stand.scene, odds=replace(odds, unknown=unknown)))
+    return replace(problem, forward=replace(problem.forward, odds=replace(odds, unknown=unknown)))
 
 
 def _paired(question: Question, records: Sequence[Record], days: Sequence[Sequence[Record]]) -> Pairing:
@@ -255,18 +255,18 @@ def _named_only(signatures: Sequence[Signature], effects: Sequence[Effect]) -> l
     ]
 
 
-def _bridge(pair: Pair) -> Mend:
+def _bridge(pair: Pair) -> Repair:
     """Over the case's lost samples, in the days beside it as well."""
     return partial(bridged, lost=lost_rows(pair.raw))
 
 
-def _anew(question: Question, pairing: Pairing, of_case: Sequence[Mend], of_days: Sequence[Mend]) -> Pairing:
+def _anew(question: Question, pairing: Pairing, of_case: Sequence[Repair], of_days: Sequence[Repair]) -> Pairing:
     """Paired anew with each pair's record mended, and its earlier days; what was found out while the records were
     paired first stands."""
     pairs = pairing.pairs
-    records = [mend(pair.raw) for pair, mend in zip(pairs, of_case, strict=True)]
+    records = [repair(pair.raw) for pair, repair in zip(pairs, of_case, strict=True)]
     days = [
-        [mend(pair.raw_baselines[k]) for pair, mend in zip(pairs, of_days, strict=True)]
+        [repair(pair.raw_baselines[k]) for pair, repair in zip(pairs, of_days, strict=True)]
         for k in range(len(pairs[0].raw_baselines))
     ]
     anew = _paired(question, records, days)
@@ -284,5 +284,5 @@ def _same(record: Record) -> Record:
     return record
 
 
-def _both(first: Mend, then: Mend) -> Mend:
+def _both(first: Repair, then: Repair) -> Repair:
     return lambda record: then(first(record))

@@ -16,8 +16,8 @@ from rig.blind_check.source import records_of
 from rig.columns import rms
 from rig.errors import RigError
 from rig.gap.hypotheses.fit import Fit, fit_effect
+from rig.gap.hypotheses.inverse_problems import InverseProblem, angle_problem, pressure_problem
 from rig.gap.hypotheses.library import LIBRARY, Effect
-from rig.gap.hypotheses.scenes import Stand, angle_stand, pressure_stand
 from rig.gap.records.pairs import pair_up
 from rig.gap.reference.build import Expected, Kind, expect
 from rig.gap.settings import MOST_ROUGH, Fitted, fitted
@@ -121,18 +121,18 @@ def _nudged(record: Record) -> Record:
 
 def _left(effect: Effect, expected: Expected, settings: Fitted) -> float | None:
     """What the effect's best law leaves on the factor on which the effect shows more."""
-    stands = [angle_stand(expected, settings)]
+    problems = [angle_problem(expected, settings)]
     if expected.driven:
-        stands.append(pressure_stand(expected, settings))
-    acting = [stand for stand in stands if any(stand.shows(law) for law in effect.laws)]
-    stand = max(acting, key=lambda one: one.scene.factor.healthy.chi_square(one.scene.factor.gap_lines))
-    fit = fit_effect(effect, stand.scene, stand.shows, stand.few)
-    return None if fit is None else _left_beside_days(stand, fit)
+        problems.append(pressure_problem(expected, settings))
+    acting = [problem for problem in problems if any(problem.shows(law) for law in effect.laws)]
+    problem = max(acting, key=lambda one: one.forward.factor.healthy.chi_square(one.forward.factor.gap_lines))
+    fit = fit_effect(effect, problem.forward, problem.shows, problem.screening)
+    return None if fit is None else _left_beside_days(problem, fit)
 
 
-def _left_beside_days(stand: Stand, fit: Fit) -> float:
+def _left_beside_days(problem: InverseProblem, fit: Fit) -> float:
     """Rms of what a fit leaves, beside what days differ in, over that of what it changes."""
-    factor = stand.scene.factor
+    factor = problem.forward.factor
     change = factor.lines.of(fit.change)
     left = beside(factor.gap_lines - change, factor.healthy.patterns[:, : factor.healthy.between_days])
     return rms(left) / max(rms(change), 1e-12)

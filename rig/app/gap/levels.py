@@ -24,7 +24,7 @@ from rig.columns import rms
 from rig.config import suggest, unstructure
 from rig.errors import ConfigError, ModelError
 from rig.gap.calibrate import fit_builds, fit_levels, fit_monitors, of_another_build
-from rig.gap.hypotheses.scenes import parts_of_angle, parts_of_pressures
+from rig.gap.hypotheses.inverse_problems import parts_of_angle, parts_of_pressures
 from rig.gap.records.pairs import pair_up
 from rig.gap.reference.build import SISTER, Expected, Kind, expect
 from rig.gap.reference.expectation import Parts

@@ -11,8 +11,8 @@ from itertools import pairwise
 from typing import Any
 
 from rig.gap.answer.facts import RAW
+from rig.gap.hypotheses.inverse_problems import PRESSURES
 from rig.gap.hypotheses.library import UNKNOWN
-from rig.gap.hypotheses.scenes import PRESSURES
 from rig.gap.settings import EITHER_CHANCE
 
 SAME = 1.001

@@ -10,7 +10,7 @@ from rig.gap.answer.facts import Evidence, Judged, RecordGap, Retuning
 from rig.gap.answer.how_far.held_out import HowFar
 from rig.gap.evidence.posterior import Posterior
 from rig.gap.hypotheses.fit import Fit
-from rig.gap.hypotheses.scenes import PRESSURES
+from rig.gap.hypotheses.inverse_problems import PRESSURES
 from rig.gap.plan.candidates import Room
 from rig.gap.raw_tests.signature import Signature
 from rig.gap.reference.build import Expected, rms_of
@@ -45,7 +45,7 @@ class Findings:
     @property
     def pressures(self) -> Posterior | None:
         """The pressures' factor where they were measured."""
-        return self.posteriors[0] if self.posteriors[0].stand.name == PRESSURES else None
+        return self.posteriors[0] if self.posteriors[0].problem.name == PRESSURES else None
 
     @property
     def named(self) -> list[tuple[Posterior, Fit]]:
@@ -84,15 +84,15 @@ def evidence_of(findings: Findings, gaps: Sequence[Column], far: HowFar, added: 
 
 
 def _judged_on(posterior: Posterior) -> str:
-    return f"{posterior.stand.name} beside {posterior.given}" if posterior.given else posterior.stand.name
+    return f"{posterior.problem.name} beside {posterior.given}" if posterior.given else posterior.problem.name
 
 
 def _judged(posterior: Posterior) -> Judged:
-    factor = posterior.stand.scene.factor
+    factor = posterior.problem.forward.factor
     return Judged(
         gap=factor.rms(factor.gap),
         floor=factor.floor,
-        unit="MPa" if posterior.stand.name == PRESSURES else "deg",
+        unit="MPa" if posterior.problem.name == PRESSURES else "deg",
         found=posterior.found,
         probability={name: chance for name, chance in posterior.probability.items() if chance > 1e-4},
         names=posterior.names,

@@ -19,8 +19,8 @@ from rig.gap.answer.result import Cause, Diagnosis, Ranked
 from rig.gap.answer.where import frequency_shares, over_time, phase_shares, region_shares
 from rig.gap.evidence.posterior import Posterior
 from rig.gap.hypotheses.fit import Fit
+from rig.gap.hypotheses.inverse_problems import PRESSURES
 from rig.gap.hypotheses.library import LIBRARY, NONE, UNKNOWN
-from rig.gap.hypotheses.scenes import PRESSURES
 from rig.gap.plan.next_experiment import what_next
 from rig.gap.raw_tests.signature import Signature
 from rig.gap.records.pairs import Pairing
@@ -48,8 +48,8 @@ def tell(findings: Findings, after: Callable[[Sequence[tuple[str, Fit]]], HowFar
     floor = known.deg
     before = smoothed
     kept = _helping(findings, before)
-    far = after([(one.posterior.stand.name, one.fit) for one in kept])
-    if far.after_deg > before and all(one.posterior.stand.name != PRESSURES for one in kept):
+    far = after([(one.posterior.problem.name, one.fit) for one in kept])
+    if far.after_deg > before and all(one.posterior.problem.name != PRESSURES for one in kept):
         kept, far = [], after([])  # of records that the fit has not seen they explain nothing
     added = bool(kept) and far.after_deg <= before
     left = far.after_deg if added else before
@@ -124,7 +124,7 @@ def _small_notes(small: Sequence[Cause], kept: Sequence[Kept], before: float, fl
 
 def _stands_out(findings: Findings, name: str) -> bool:
     """Whether the gap of one factor is above its own floor."""
-    factors = (one.plain.factor for one in findings.posteriors if one.stand.name == name)
+    factors = (one.plain.factor for one in findings.posteriors if one.problem.name == name)
     return any(factor.rms(factor.gap) > ABOVE_FLOOR * factor.floor for factor in factors)
 
 
@@ -134,7 +134,7 @@ def _notes(findings: Findings, kept: Sequence[Kept], said: Sequence[str]) -> lis
     nameless = (f"{one.text}: no effect of the library does that" for one in _strange(findings))
     dropped = (
         f"{fit.effect.name} explains {100.0 * share_closed(posterior, fit):.0f} % of what the "
-        f"{'pressures show' if posterior.stand.name == PRESSURES else 'angle shows'}, but with it the simulator "
+        f"{'pressures show' if posterior.problem.name == PRESSURES else 'angle shows'}, but with it the simulator "
         "follows these records no better: it may act, and the simulator miss more than that by itself"
         for posterior, fit in _dropped(findings, kept)
     )
@@ -180,7 +180,7 @@ def _open_to_doubt(
     """Which of the kept effects the simulator may be better off without: those found on the angle, but for any that
     closes the larger part of the gap beside the measured pressures, where an effect ahead of them is named as well. A
     law of the valves that is rough speaks against none of those."""
-    behind = [k for k in kept if named[k][0].stand.name != PRESSURES]
+    behind = [k for k in kept if named[k][0].problem.name != PRESSURES]
     if not findings.expected.driven or len(behind) == len(kept):
         return behind
     return [k for k in behind if beside(*kept) ** 2 > (1.0 - BEHIND_CLOSES) * beside(*_but(kept, k)) ** 2]
@@ -221,8 +221,8 @@ def _left(findings: Findings, fits: Sequence[Fit], before: float) -> float:
 
 def _left_beside_pressures(findings: Findings, some: Sequence[tuple[Posterior, Fit]]) -> float:
     """Rms of the simulator's error, deg, under the pressures that were measured."""
-    ahead = [fit.applied for posterior, fit in some if posterior.stand.name == PRESSURES]
-    behind = [fit.applied for posterior, fit in some if posterior.stand.name != PRESSURES]
+    ahead = [fit.applied for posterior, fit in some if posterior.problem.name == PRESSURES]
+    behind = [fit.applied for posterior, fit in some if posterior.problem.name != PRESSURES]
     left = beside_pressures(findings.simulator, ahead, behind, findings.expected)
     return rms_of(left, findings.expected.pairs)
 
@@ -238,7 +238,7 @@ def _causes(findings: Findings, kept: Sequence[Kept], before: float, far: HowFar
             Cause(
                 fit.effect.name,
                 EFFECT_STAGES[fit.applied.stage].lies_in,
-                posterior.stand.name,
+                posterior.problem.name,
                 Applied(fit.applied.stage, full_numbers(fit.applied, findings.expected.response)) if added else None,
                 intervals(fit, findings.settings.reach_of(reference_of(findings.expected.kind))),
                 before,
@@ -279,14 +279,14 @@ def _unknowns(findings: Findings, kept: Sequence[Kept], before: float) -> list[C
         useless = id(posterior) in left_out
         if posterior.found and (posterior.fit is None or posterior.beside > EVEN_CHANCE or useless):
             near = sorted(posterior.fits, key=lambda name: -posterior.probability[name])[:2]
-            nowhere = "valve" if posterior.stand.name == PRESSURES else "joint"
+            nowhere = "valve" if posterior.problem.name == PRESSURES else "joint"
             stage = EFFECT_STAGES[posterior.fits[near[0]].applied.stage].lies_in if near else nowhere
             chance = posterior.probability[UNKNOWN] if posterior.fit is None else posterior.beside
             chance = 1.0 - posterior.probability[NONE] if useless else chance
             if id(posterior) in dropped:
                 chance = min(chance, EITHER_CHANCE)
             found.append(
-                Cause(UNKNOWN, stage, posterior.stand.name, None, {}, before, before, 0.0, tuple(near), chance)
+                Cause(UNKNOWN, stage, posterior.problem.name, None, {}, before, before, 0.0, tuple(near), chance)
             )
     return found
 
@@ -295,7 +295,7 @@ def share_closed(posterior: Posterior, fit: Fit) -> float:
     """Share of its own factor's gap that an effect closes, in mean squares above what is expected anyhow."""
     effective = posterior.plain.factor.healthy.effective
     before = posterior.plain.factor.healthy.chi_square(posterior.left(NONE))
-    after = fit.scene.factor.healthy.chi_square(posterior.left(fit.effect.name))
+    after = fit.forward.factor.healthy.chi_square(posterior.left(fit.effect.name))
     return float(np.clip((before - after) / max(before - min(effective, 0.5 * before), 1e-9), 0.0, 1.0))
 
 
@@ -330,7 +330,7 @@ def _rest(kept: Sequence[Kept], before: float, left: float, floor: float) -> lis
         enough = share >= LEAST_EXPLAINED
     if enough:
         return []
-    stage, factor = EFFECT_STAGES[first.fit.applied.stage].lies_in, first.posterior.stand.name
+    stage, factor = EFFECT_STAGES[first.fit.applied.stage].lies_in, first.posterior.problem.name
     return [Cause(UNKNOWN, stage, factor, None, {}, before, before, 0.0, (first.fit.effect.name,), EITHER_CHANCE)]
 
 
@@ -397,6 +397,6 @@ def _ranking(findings: Findings, raw: Sequence[Cause]) -> list[Ranked]:
             lies_in = EFFECT_STAGES[fit.applied.stage].lies_in
             closed = share_closed(posterior, fit)
             lines.append(
-                Ranked(name, lies_in, posterior.stand.name, closed, posterior.probability[name], -fit.log_evidence)
+                Ranked(name, lies_in, posterior.problem.name, closed, posterior.probability[name], -fit.log_evidence)
             )
     return sorted(lines, key=lambda line: -line.probability)

@@ -7,10 +7,10 @@ from types import MappingProxyType
 
 import numpy as np
 
-from rig.gap.hypotheses.fit import Fit, Scene, fit_effect, settled
+from rig.gap.hypotheses.fit import Fit, ForwardModel, fit_effect, settled
+from rig.gap.hypotheses.inverse_problems import InverseProblem
 from rig.gap.hypotheses.law_errors import with_law
 from rig.gap.hypotheses.library import NONE, UNKNOWN, Effect
-from rig.gap.hypotheses.scenes import Stand
 from rig.gap.likelihood.gaussian import Gaussian
 from rig.gap.settings import BEYOND_DAYS, CREDIBLE, ENVELOPE_HZ, EVEN_CHANCE, UNKNOWN_EVEN
 from rig.record import Column
@@ -36,9 +36,9 @@ def likeliest(probability: Mapping[str, float]) -> str:
 class Posterior:
     """What competes on one factor, with its probabilities."""
 
-    stand: Stand
-    plain: Scene
-    """The stand's scene as it is judged without any effect."""
+    problem: InverseProblem
+    plain: ForwardModel
+    """The problem's forward model as it is judged without any effect."""
     probability: dict[str, float]
     """none, unknown and every effect that acts here."""
     fits: dict[str, Fit]
@@ -78,13 +78,13 @@ class Posterior:
         return _with_unknown(self.fits[name], self.log_odds_beside[name])
 
     def left(self, name: str) -> Column:
-        """(l,) lines of what a hypothesis leaves of the gap, on its own scene."""
-        factor = self.scene_of(name).factor
+        """(l,) lines of what a hypothesis leaves of the gap, by the model that it was judged by."""
+        factor = self.forward_of(name).factor
         return factor.lines.of(factor.gap - self.fits[name].change) if name in self.fits else factor.gap_lines
 
-    def scene_of(self, name: str) -> Scene:
+    def forward_of(self, name: str) -> ForwardModel:
         """On which a hypothesis was judged."""
-        return self.fits[name].scene if name in self.fits else self.plain
+        return self.fits[name].forward if name in self.fits else self.plain
 
     def likely(self, least: float) -> list[str]:
         """The hypotheses of at least this probability, likeliest first."""
@@ -129,22 +129,24 @@ class Posterior:
         return kept
 
 
-def judge(effects: Sequence[Effect], stand: Stand, said: Mapping[str, float] = MappingProxyType({})) -> Posterior:
+def judge(
+    effects: Sequence[Effect], problem: InverseProblem, said: Mapping[str, float] = MappingProxyType({})
+) -> Posterior:
     """Every hypothesis on one factor; `said` holds the nats that experiments have for some of the effects."""
-    scene = stand.scene
-    plain = settled(scene)
+    forward = problem.forward
+    plain = settled(forward)
     # one after the other: two threads on two cores spend a third more processor time to be no sooner
-    found = [fit_effect(effect, scene, stand.shows, stand.few) for effect in effects]
+    found = [fit_effect(effect, forward, problem.shows, problem.screening) for effect in effects]
     fits = {fit.effect.name: fit for fit in found if fit is not None and np.isfinite(fit.log_evidence)}
     gap, healthy = plain.factor.gap_lines, plain.factor.healthy
     logs = {
-        NONE: healthy.log_density(gap) + scene.odds.none,
-        UNKNOWN: log_unknown(plain, healthy, gap) + scene.odds.unknown,
+        NONE: healthy.log_density(gap) + forward.odds.none,
+        UNKNOWN: log_unknown(plain, healthy, gap) + forward.odds.unknown,
     }
     odds = {name: _log_odds_beside(fit) for name, fit in fits.items()}
     logs |= {name: _with_unknown(fit, odds[name]) for name, fit in fits.items()}
     probability, total = _normalised(parted(logs, said))
-    return Posterior(stand, plain, probability, fits, odds, total)
+    return Posterior(problem, plain, probability, fits, odds, total)
 
 
 def parted(logs: Mapping[str, float], said: Mapping[str, float]) -> dict[str, float]:
@@ -180,18 +182,18 @@ def heard(posterior: Posterior) -> dict[str, float]:
     return {name: float(np.log(max(chance, least) / least)) for name, chance in chances.items()}
 
 
-def log_unknown(scene: Scene, expected: Gaussian, left: Column) -> float:
+def log_unknown(forward: ForwardModel, expected: Gaussian, left: Column) -> float:
     """Evidence, beside what is `expected`, that there is something unknown in what is left (lines): as likely a broad
     process as more of what days differ in than is ever expected."""
-    return float(np.logaddexp(_log_broad(scene, expected, left), _log_beyond(expected, left)) - np.log(2.0))
+    return float(np.logaddexp(_log_broad(forward, expected, left), _log_beyond(expected, left)) - np.log(2.0))
 
 
-def _log_broad(scene: Scene, expected: Gaussian, left: Column) -> float:
+def _log_broad(forward: ForwardModel, expected: Gaussian, left: Column) -> float:
     """Evidence for a broad process of any size: lines like those that are left, blurred."""
-    factor, prior = scene.factor, scene.prior
+    factor, prior = forward.factor, forward.prior
     shape = factor.lines.envelope(left, ENVELOPE_HZ, UNKNOWN_EVEN)
     power = float(np.sqrt(np.sum(left**2) / max(float(factor.lines.used.sum()), 1.0)))
-    share = np.maximum(_LEVELS * power / scene.moving, 1e-9)
+    share = np.maximum(_LEVELS * power / forward.moving, 1e-9)
     log_prior = -0.5 * ((np.log(share) - np.log(prior.share)) / prior.share_spread) ** 2
     logs = [expected.with_variance(level**2 * shape).log_density(left) for level in _LEVELS]
     width = np.log(_LEVELS[1] / _LEVELS[0]) / (prior.share_spread * np.sqrt(2 * np.pi))
@@ -209,7 +211,7 @@ def _with_unknown(fit: Fit, log_odds: float) -> float:
 
 
 def _log_odds_beside(fit: Fit) -> float:
-    scene, factor, lines, prior = fit.scene, fit.scene.factor, fit.scene.factor.lines, fit.scene.prior
+    forward, factor, lines, prior = fit.forward, fit.forward.factor, fit.forward.factor.lines, fit.forward.prior
     moved = lines.of(fit.change)
     rough = with_law(factor.healthy, lines, moved, fit.effect.roughness(prior, fit.law), prior)
-    return log_unknown(scene, rough, factor.gap_lines - moved) + prior.log_beside - fit.log_law
+    return log_unknown(forward, rough, factor.gap_lines - moved) + prior.log_beside - fit.log_law

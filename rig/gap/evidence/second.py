@@ -8,7 +8,7 @@ import numpy as np
 
 from rig.gap.evidence.posterior import LEAST_CHANCE, Posterior, judge
 from rig.gap.hypotheses.fit import Fit, refit
-from rig.gap.hypotheses.given import scene_given, stand_given
+from rig.gap.hypotheses.given import forward_given, problem_given
 from rig.gap.hypotheses.library import UNKNOWN, Effect
 from rig.gap.settings import EVEN_CHANCE, FIRSTS_TRIED
 
@@ -22,7 +22,7 @@ def with_second(effects: Sequence[Effect], alone: Posterior, said: Mapping[str, 
     pairs = []
     for first in firsts:
         others = [effect for effect in effects if effect.name != first.effect.name]
-        second = judge(others, stand_given(alone.stand, first), said)
+        second = judge(others, problem_given(alone.problem, first), said)
         if second.fit is not None and second.beside <= EVEN_CHANCE:
             told = said.get(first.effect.name, 0.0) + said.get(second.best, 0.0)
             pairs.append((_of_both(first, second.fit) + told, first.effect.name, second))
@@ -41,7 +41,7 @@ def with_second(effects: Sequence[Effect], alone: Posterior, said: Mapping[str, 
 def _of_both(first: Fit, second: Fit) -> float:
     """Log evidence of two effects: that of the second beside the first, what the numbers of the first cost, and that
     there is anything beside it."""
-    return second.log_evidence + first.log_evidence - first.log_law + first.scene.prior.log_beside
+    return second.log_evidence + first.log_evidence - first.log_law + first.forward.prior.log_beside
 
 
 def _of_one(alone: Posterior) -> float:
@@ -56,7 +56,7 @@ def _of_one(alone: Posterior) -> float:
 def _beside(alone: Posterior, name: str, second: Fit) -> Fit:
     """The first effect with the numbers that it has beside the second: by itself it explains some of that too."""
     first = alone.fits[name]
-    scene = first.scene
-    applied = refit(first, scene_given(scene, second))
+    forward = first.forward
+    applied = refit(first, forward_given(forward, second))
     sizes = np.array([applied.numbers[number] for number in first.law.free])
-    return replace(first, applied=applied, sizes=sizes, change=scene.changed_by(applied))
+    return replace(first, applied=applied, sizes=sizes, change=forward.changed_by(applied))

@@ -52,7 +52,7 @@ Change = Callable[[Sequence[Ready]], Column]
 
 
 @dataclass(frozen=True)
-class Scene:
+class ForwardModel:
     """A factor with what it takes to say what a cause changes in it."""
 
     factor: Factor
@@ -64,15 +64,16 @@ class Scene:
     """Rms of what the factor's columns do without any cause: sizes of changes are seen against it."""
     prior: Prior
     odds: Odds
-    unsure: "Unsure | None" = None
+    unsure: "UncertainParameters | None" = None
     """What is unsure of the reference and may be far off."""
     nonlinear: "Column | float" = 0.0
     """(n,) what the unsure numbers change beyond their linear patterns, where these were taken; off the gap already."""
     at: "Column | float" = 0.0
     """(k,) the sizes at which that was taken."""
 
-    def beside(self, cause: Applied | None, left: Column) -> "Scene":
-        """The same with what is unsure taken anew where it is likeliest by what a cause leaves (lines, of this scene),
+    def beside(self, cause: Applied | None, left: Column) -> "ForwardModel":
+        """The same with what is unsure taken anew where it is likeliest by what a cause leaves (lines, of this
+        model),
         and through the cause."""
         if self.unsure is None:
             return self
@@ -90,7 +91,7 @@ class Scene:
             self, factor=judged, change=moved.change, response=moved.response, nonlinear=moved.nonlinear, at=sizes
         )
 
-    def stands(self, left: Column) -> bool:
+    def is_settled(self, left: Column) -> bool:
         """Whether what is unsure is likeliest where it was taken, by what a cause leaves (lines)."""
         return self.unsure is None or bool(np.max(np.abs(self._likeliest(left) - self.at)) < UNSURE_STANDS)
 
@@ -108,7 +109,7 @@ class Scene:
 
 
 @dataclass(frozen=True)
-class Elsewhere:
+class Relinearised:
     """A reference whose unsure numbers are others."""
 
     response: ResponseModel
@@ -121,7 +122,7 @@ class Elsewhere:
 
 
 @dataclass(frozen=True)
-class Unsure:
+class UncertainParameters:
     """Numbers of the reference that may be far off: patterns of a factor, taken anew where they likeliest are."""
 
     which: list[int]
@@ -130,7 +131,7 @@ class Unsure:
     """(k,) their standard deviations."""
     times: Column
     """(l,) by how many times each line is known less surely."""
-    at: Callable[[Column, Applied | None], Elsewhere]
+    at: Callable[[Column, Applied | None], Relinearised]
     """The reference with sizes (k,), beside a cause."""
 
 
@@ -150,7 +151,7 @@ class Fit:
     """ln p of what it leaves, over how rough its law may be."""
     change: Column
     """(n,) what it changes."""
-    scene: Scene
+    forward: ForwardModel
     """On which it was judged."""
     roughness: float = 0.0
     """Share of what it changes by which its law is likely wrong, by what it leaves: root mean square."""
@@ -194,9 +195,11 @@ def angle_change(
     return change
 
 
-def fit_effect(effect: Effect, scene: Scene, shows: Callable[[Law], bool], few: Scene | None = None) -> Fit | None:
+def fit_effect(
+    effect: Effect, forward: ForwardModel, shows: Callable[[Law], bool], screening: ForwardModel | None = None
+) -> Fit | None:
     """The likeliest law of one effect; None where none acts on this factor or none gives a finite response."""
-    found = [fit_law(effect, law, scene, few or scene) for law in effect.laws if shows(law)]
+    found = [fit_law(effect, law, forward, screening or forward) for law in effect.laws if shows(law)]
     fits = sorted((one for one in found if one is not None), key=lambda one: one.log_evidence)
     if not fits:
         return None
@@ -205,12 +208,12 @@ def fit_effect(effect: Effect, scene: Scene, shows: Callable[[Law], bool], few: 
     return replace(best, log_evidence=total - float(np.log(len(found))))
 
 
-def fit_law(effect: Effect, law: Law, scene: Scene, few: Scene) -> Fit | None:
-    """Scan the law's grid on a scene of few records, go on from its best point on the whole one."""
-    first, whole = _Trial(law, few), _Trial(law, scene)
+def fit_law(effect: Effect, law: Law, forward: ForwardModel, screening: ForwardModel) -> Fit | None:
+    """Scan the law's grid on few records (`screening`), go on from its best point on the whole one."""
+    first, whole = _Trial(law, screening), _Trial(law, forward)
     best: tuple[float, Column, dict[str, float]] | None = None
-    unit = scene.scales[law.scale]
-    for shape in law.shapes_in(scene.scales):
+    unit = forward.scales[law.scale]
+    for shape in law.shapes_in(forward.scales):
         fixed = {name: value for name, value in shape.items() if name not in law.free}
         for size in (sign * size * unit for sign in law.signs for size in law.grid):
             if not first.low[0] <= size <= first.high[0]:
@@ -226,7 +229,7 @@ def fit_law(effect: Effect, law: Law, scene: Scene, few: Scene) -> Fit | None:
     if not np.isfinite(fit.cost):
         return None
     whole, fit = _taken_anew(whole, fit, fixed)
-    if leaves_more_than_it_changes(whole.scene, whole.changed(fit.x, fixed)[1], whole.residual(fit.x, fixed)):
+    if leaves_more_than_it_changes(whole.forward, whole.changed(fit.x, fixed)[1], whole.residual(fit.x, fixed)):
         return None
     return whole.judged(effect, fit.x, fixed, fit.jacobian, fit.cost)
 
@@ -235,8 +238,8 @@ def _as_rough(fit: Fit) -> Fit:
     """The law once more from where it stands, its numbers by what so rough a law leaves, where that is likelier: where
     one record shows it far above the noise, the least squares of the noise alone let that record decide, and another
     that shows it a little is left unexplained."""
-    trial, fixed = _Trial(fit.law, fit.scene), fit.fixed
-    factor, prior = fit.scene.factor, fit.scene.prior
+    trial, fixed = _Trial(fit.law, fit.forward), fit.fixed
+    factor, prior = fit.forward.factor, fit.forward.prior
     rough = with_law(factor.healthy, factor.lines, factor.lines.of(fit.change), fit.roughness, prior)
     found = descend(lambda x: trial.weighed(x, fixed, rough), fit.sizes, trial.low, trial.high, FIT_STEPS)
     if not np.isfinite(found.cost):
@@ -246,13 +249,13 @@ def _as_rough(fit: Fit) -> Fit:
     return max(fit, again, key=lambda one: one.log_evidence)
 
 
-def leaves_more_than_it_changes(scene: Scene, moved: Column, left: Column) -> bool:
+def leaves_more_than_it_changes(forward: ForwardModel, moved: Column, left: Column) -> bool:
     """Whether a law leaves more (lines, (l,)) than it changes, beside the regulators of a simulator, which follow no
     rig's exactly; what may differ without being a gap and the noise aside. Then how rough the law may be would stand
     for all that the simulator misses, by its spectrum and not by its course (docs/decisions/0591)."""
-    if scene.unsure is None:
+    if forward.unsure is None:
         return False
-    healthy = scene.factor.healthy
+    healthy = forward.factor.healthy
     beyond = left - healthy.patterns @ healthy.sizes(left)
     return float(np.sum(beyond**2) - np.sum(healthy.variance)) > float(np.sum(moved**2))
 
@@ -263,44 +266,44 @@ def _taken_anew(whole: "_Trial", fit: Descent, fixed: Mapping[str, float]) -> tu
     here, found = whole, fit
     for _ in range(UNSURE_ROUNDS):
         left = here.residual(found.x, fixed)
-        if here.scene.stands(left):
+        if here.forward.is_settled(left):
             return here, found
-        here = _Trial(whole.law, here.scene.beside(here.applied(found.x, fixed), left))
+        here = _Trial(whole.law, here.forward.beside(here.applied(found.x, fixed), left))
         found = descend(here.weighing(fixed), found.x, here.low, here.high, FIT_STEPS)
         if not np.isfinite(found.cost):
             break
     return whole, fit
 
 
-def settled(scene: Scene) -> Scene:
-    """The scene with what is unsure of its reference where it is likeliest without any cause; as it was where that does
+def settled(forward: ForwardModel) -> ForwardModel:
+    """The model with what is unsure of its reference where it is likeliest without any cause; as it was where that does
     not stand still."""
-    here = scene
+    here = forward
     for _ in range(UNSURE_ROUNDS):
         left = here.factor.gap_lines
-        if here.stands(left):
+        if here.is_settled(left):
             return here
         here = here.beside(None, left)
-    return scene
+    return forward
 
 
-def refit(fit: Fit, scene: Scene) -> Applied:
-    """The same law and shapes, fitted to another scene from where they stand."""
-    trial = _Trial(fit.law, scene)
+def refit(fit: Fit, forward: ForwardModel) -> Applied:
+    """The same law and shapes, fitted by another forward model from where they stand."""
+    trial = _Trial(fit.law, forward)
     fixed = fit.fixed
     found = descend(lambda x: trial.weighed(x, fixed), fit.sizes, trial.low, trial.high, FIT_STEPS)
     return trial.applied(found.x if np.isfinite(found.cost) else fit.sizes, fixed)
 
 
 class _Trial:
-    """One law on one scene: residuals for numbers."""
+    """One law by one forward model: residuals for numbers."""
 
-    def __init__(self, law: Law, scene: Scene) -> None:
-        self.law, self.scene = law, scene
+    def __init__(self, law: Law, forward: ForwardModel) -> None:
+        self.law, self.forward = law, forward
         self._numbers = {number.name: number for number in EFFECT_STAGES[law.stage].numbers}
-        bounds = [law.range_of(name, scene.scales) for name in law.free]
+        bounds = [law.range_of(name, forward.scales) for name in law.free]
         self.low, self.high = np.array([pair[0] for pair in bounds]), np.array([pair[1] for pair in bounds])
-        self._gap = scene.factor.gap_lines
+        self._gap = forward.factor.gap_lines
         self._computed: dict[tuple[object, ...], tuple[Column, Column]] = {}
 
     def neutral(self, name: str) -> float:
@@ -315,9 +318,9 @@ class _Trial:
         numbers: a descent comes back to where it was, and is judged there."""
         asked = (*x, *fixed.items())
         if asked not in self._computed:
-            change = self.scene.changed_by(self.applied(x, fixed))
+            change = self.forward.changed_by(self.applied(x, fixed))
             stays = np.max(np.abs(change)) < RUNS_AWAY
-            moved = self.scene.factor.lines.of(change) if stays else np.full_like(self._gap, np.nan)
+            moved = self.forward.factor.lines.of(change) if stays else np.full_like(self._gap, np.nan)
             self._computed[asked] = change, moved
         return self._computed[asked]
 
@@ -327,7 +330,7 @@ class _Trial:
 
     def weighed(self, x: Column, fixed: Mapping[str, float], by: Gaussian | None = None) -> Column:
         residual = self.residual(x, fixed)
-        healthy = by or self.scene.factor.healthy
+        healthy = by or self.forward.factor.healthy
         if not np.isfinite(residual).all():
             return np.full(len(residual) + healthy.patterns.shape[1], np.nan)
         return healthy.weigh(residual)
@@ -337,11 +340,11 @@ class _Trial:
 
     def cost(self, x: Column, fixed: Mapping[str, float]) -> float:
         residual = self.residual(x, fixed)
-        return self.scene.factor.healthy.chi_square(residual) if np.isfinite(residual).all() else np.inf
+        return self.forward.factor.healthy.chi_square(residual) if np.isfinite(residual).all() else np.inf
 
     def judged(self, effect: Effect, x: Column, fixed: Mapping[str, float], jacobian: Column, cost: float) -> Fit:
         """Laplace's evidence at the optimum, the law's usual error included."""
-        healthy, lines, prior = self.scene.factor.healthy, self.scene.factor.lines, self.scene.prior
+        healthy, lines, prior = self.forward.factor.healthy, self.forward.factor.lines, self.forward.prior
         change, moved = self.changed(x, fixed)
         left = self._gap - moved
         rho = effect.roughness(prior, self.law)
@@ -362,17 +365,17 @@ class _Trial:
         laplace = 0.5 * len(x) * np.log(2 * np.pi) - 0.5 * log_det if sign > 0 else 0.0
         evidence = log_density + log_prior + laplace
         return Fit(
-            effect, self.law, self.applied(x, fixed), x, spread, float(evidence), log_density, change, self.scene,
+            effect, self.law, self.applied(x, fixed), x, spread, float(evidence), log_density, change, self.forward,
             roughness,
         )  # fmt: skip
 
     def _log_prior(self, x: Column, change: Column) -> tuple[float, Column]:
         """Log-normal in what the effect does, flat in its shapes; and the precision that holds each number within its
         range."""
-        prior = self.scene.prior
-        used = self.scene.factor.lines.used
+        prior = self.forward.prior
+        used = self.forward.factor.lines.used
         rms = float(np.sqrt(np.sum((change * used) ** 2) / max(float(used.sum()), 1.0)))
-        share = max(rms / self.scene.moving, 1e-9)
+        share = max(rms / self.forward.moving, 1e-9)
         size = max(abs(float(x[0])), 1e-9)
         log_size = -0.5 * ((np.log(share) - np.log(prior.share)) / prior.share_spread) ** 2 - np.log(
             prior.share_spread * np.sqrt(2 * np.pi)
@@ -387,7 +390,7 @@ class _Trial:
 def number_spreads(fit: Fit, prior: Prior) -> Column:
     """(k,) how far a law's numbers may be from where they are likeliest, by what is thought of them beforehand:
     standard deviations."""
-    bounds = [fit.law.range_of(name, fit.scene.scales) for name in fit.law.free[1:]]
+    bounds = [fit.law.range_of(name, fit.forward.scales) for name in fit.law.free[1:]]
     widths = _widths(fit.sizes[1:], np.array([high - low for low, high in bounds]))
     return np.concatenate([[prior.share_spread * abs(float(fit.sizes[0]))], widths / np.sqrt(12.0)])
 

@@ -4,9 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from rig.gap.hypotheses.fit import Fit, Scene, number_spreads
+from rig.gap.hypotheses.fit import Fit, ForwardModel, number_spreads
+from rig.gap.hypotheses.inverse_problems import InverseProblem
 from rig.gap.hypotheses.law_errors import with_law
-from rig.gap.hypotheses.scenes import Stand
 from rig.gap.response.propagate import Applied, ready
 from rig.gap.settings import FIRST_LAW_SHARE
 from rig.record import Column
@@ -15,37 +15,39 @@ STEP = 0.02
 """Of a number, as a share of its value, for the slope of what it changes."""
 
 
-def stand_given(stand: Stand, first: Fit) -> Stand:
-    """The stand on which a second cause competes beside the first."""
-    return replace(stand, scene=scene_given(first.scene, first), on_few=lambda: scene_given(stand.few, first))
-
-
-def scene_given(scene: Scene, first: Fit) -> Scene:
-    """The scene with the first cause in what is expected; its numbers may still move as far as was thought of them
-    beforehand."""
-    change = scene.changed_by(first.applied)
-    factor, lines = scene.factor, scene.factor.lines
-    rho = FIRST_LAW_SHARE * first.effect.roughness(scene.prior, first.law)
-    rough = replace(factor, healthy=with_law(factor.healthy, lines, lines.of(change), rho, scene.prior))
-    cause = ready([first.applied], scene.response)
+def problem_given(problem: InverseProblem, first: Fit) -> InverseProblem:
+    """The problem in which a second cause competes beside the first."""
     return replace(
-        scene,
-        factor=replace(rough.doubting(_unsure(scene, first, change)), gap=factor.gap - change),
-        change=lambda causes: scene.change([*cause, *causes]) - change,
+        problem, forward=forward_given(first.forward, first), on_few=lambda: forward_given(problem.screening, first)
+    )
+
+
+def forward_given(forward: ForwardModel, first: Fit) -> ForwardModel:
+    """The model with the first cause in what is expected; its numbers may still move as far as was thought of them
+    beforehand."""
+    change = forward.changed_by(first.applied)
+    factor, lines = forward.factor, forward.factor.lines
+    rho = FIRST_LAW_SHARE * first.effect.roughness(forward.prior, first.law)
+    rough = replace(factor, healthy=with_law(factor.healthy, lines, lines.of(change), rho, forward.prior))
+    cause = ready([first.applied], forward.response)
+    return replace(
+        forward,
+        factor=replace(rough.doubting(_unsure(forward, first, change)), gap=factor.gap - change),
+        change=lambda causes: forward.change([*cause, *causes]) - change,
         unsure=None,
     )
 
 
-def _unsure(scene: Scene, first: Fit, change: Column) -> Column:
+def _unsure(forward: ForwardModel, first: Fit, change: Column) -> Column:
     """(n, k) what one standard deviation of each of the first cause's numbers changes, by slopes at its fit."""
     columns = []
-    for name, size, spread in zip(first.law.free, first.sizes, number_spreads(first, scene.prior), strict=True):
+    for name, size, spread in zip(first.law.free, first.sizes, number_spreads(first, forward.prior), strict=True):
         step = STEP * max(abs(float(size)), STEP * spread)
         if step == 0.0:  # a cause of no size leaves nothing unsure
             continue
         moved = dict(first.applied.numbers) | {name: float(size) + step}
         moved |= {other: moved[owner] for other, owner in first.law.tied.items()}
-        columns.append((scene.changed_by(Applied(first.applied.stage, moved)) - change) * (spread / step))
+        columns.append((forward.changed_by(Applied(first.applied.stage, moved)) - change) * (spread / step))
     columns = columns or [np.zeros_like(change)]
     slopes: Column = np.nan_to_num(np.column_stack(columns), nan=0.0, posinf=0.0, neginf=0.0)
     return slopes

@@ -12,7 +12,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from rig.gap.hypotheses.fit import Elsewhere, Unsure, pressure_change
+from rig.gap.hypotheses.fit import Relinearised, UncertainParameters, pressure_change
 from rig.gap.reference.expectation import REGULATOR_PATTERNS, REGULATOR_STEP, Parts
 from rig.gap.response.nominal import Reference
 from rig.gap.response.propagate import Applied, Course, Ready, RecordContext, pressures_with, ready
@@ -23,12 +23,12 @@ from rig.record import Column
 
 def unsure_regulators(
     contexts: Sequence[RecordContext], response: ResponseModel, parts: Parts, levels: FactorLevels, times: Column
-) -> Unsure:
+) -> UncertainParameters:
     """The regulators' time constants in the factor of the pressures, whose lines are known so many `times` (l,) less
     surely: sizes are relative, of both time constants and of exhausting against filling."""
     expected = _monitors([], contexts, response)
 
-    def at(sizes: Column, cause: Applied | None) -> Elsewhere:
+    def at(sizes: Column, cause: Applied | None) -> Relinearised:
         here = _retuned(contexts, response, sizes)
         causes = [] if cause is None else ready([cause], here[1])
         monitors = _monitors(causes, *here)
@@ -36,11 +36,13 @@ def unsure_regulators(
             (_monitors(causes, *_retuned(contexts, response, sizes + step)) - monitors) / REGULATOR_STEP
             for step in REGULATOR_STEP * np.eye(len(sizes))
         ])  # fmt: skip
-        return Elsewhere(here[1], pressure_change(*here), patterns, _monitors([], *here) - expected - patterns @ sizes)
+        return Relinearised(
+            here[1], pressure_change(*here), patterns, _monitors([], *here) - expected - patterns @ sizes
+        )
 
     which = [parts.names.index(name) for name in REGULATOR_PATTERNS]
     spread = np.array([levels.patterns[name] for name in REGULATOR_PATTERNS])
-    return Unsure(which, spread, times, at)
+    return UncertainParameters(which, spread, times, at)
 
 
 def _retuned(

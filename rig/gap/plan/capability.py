@@ -8,8 +8,8 @@ from functools import cache
 import numpy as np
 from scipy.special import ndtri
 
+from rig.gap.hypotheses.inverse_problems import InverseProblem
 from rig.gap.hypotheses.library import Effect, Law
-from rig.gap.hypotheses.scenes import Stand
 from rig.gap.plan.directions import Direction, columns, ladder, sized, unit_of, usual_directions
 from rig.gap.plan.information import inform, needed_separation, separations
 from rig.gap.plan.rehearse import factors_of
@@ -59,16 +59,16 @@ def capability(expected: Expected, effects: Sequence[Effect], settings: Fitted) 
     fitting = [effect for effect in effects if not effect.signature]
     abilities: list[Ability] = []
     blocks: list[tuple[list[str], Column]] = []
-    for stand in factors_of(expected, settings):
-        directions = usual_directions(fitting, stand, settings.prior.share)
+    for problem in factors_of(expected, settings):
+        directions = usual_directions(fitting, problem, settings.prior.share)
         if not directions:
             continue
-        known = inform(stand, columns(directions))
+        known = inform(problem, columns(directions))
         apart = separations(known.of(range(len(known.seconds))))
         owners = [one.effect.name for one in directions]
         between = by_effect(apart, owners)
         blocks.append(([owners[k] for k in first_of_each(owners)], between))
-        abilities.extend(_abilities(stand, directions, between, len(fitting)))
+        abilities.extend(_abilities(problem, directions, between, len(fitting)))
     needed = named_separation(settings.prior)
     names, matrix = _joined(blocks)
     pairs = _confusable(names, matrix, needed)
@@ -110,35 +110,39 @@ def first_of_each(names: Sequence[str]) -> list[int]:
     return [k for k, name in enumerate(names) if k == 0 or name != names[k - 1]]
 
 
-def _abilities(stand: Stand, directions: Sequence[Direction], between: Column, effects: int) -> list[Ability]:
-    prior = stand.scene.prior
+def _abilities(
+    problem: InverseProblem, directions: Sequence[Direction], between: Column, effects: int
+) -> list[Ability]:
+    prior = problem.forward.prior
     firsts = [directions[k] for k in first_of_each([one.effect.name for one in directions])]
     found = []
     for i, first in enumerate(firsts):
         others = [j for j in range(len(firsts)) if j != i]
         nearest = min(others, key=lambda j: between[i, j]) if others else None
         share = 1.0 if nearest is None else between[i, nearest] / max(between[i, i], 1e-12)
-        seen = seen_separation(prior, stand.scene.odds, first.choices, effects)
-        detectable = _size_at(stand, first, seen)
-        nameable = _size_at(stand, first, max(seen, named_separation(prior) / max(share, 1e-9)))
+        seen = seen_separation(prior, problem.forward.odds, first.choices, effects)
+        detectable = _size_at(problem, first, seen)
+        nameable = _size_at(problem, first, max(seen, named_separation(prior) / max(share, 1e-9)))
         rival = None if nearest is None else firsts[nearest].effect.name
         found.append(
-            Ability(first.effect.name, first.effect.stage, stand.name, detectable, nameable, unit_of(first.law), rival)
+            Ability(
+                first.effect.name, first.effect.stage, problem.name, detectable, nameable, unit_of(first.law), rival
+            )
         )
     return found
 
 
-def _size_at(stand: Stand, direction: Direction, separation: float) -> float | None:
+def _size_at(problem: InverseProblem, direction: Direction, separation: float) -> float | None:
     """The size of a law at which it lies that many standard deviations from nothing: between the steps of its ladder in
     proportion on logarithmic axes; None where none is enough."""
     law: Law = direction.law
     sign = float(np.sign(direction.size)) if law.signs != (1.0,) else 1.0
     sizes, far = [], []
-    for size in ladder(law, sign, stand):
-        change = sized(law, next(law.shapes_in(stand.scene.scales)), size, stand)
+    for size in ladder(law, sign, problem):
+        change = sized(law, next(law.shapes_in(problem.forward.scales)), size, problem)
         if change is not None:
             sizes.append(size)
-            far.append(_distance(stand, change))
+            far.append(_distance(problem, change))
     order = np.argsort(far)
     reach, at = np.array(far)[order], np.array(sizes)[order]
     if not len(reach) or separation > reach[-1]:
@@ -151,9 +155,9 @@ def _size_at(stand: Stand, direction: Direction, separation: float) -> float | N
     return float(at[k - 1] + np.clip(part, 0.0, 1.0) * (at[k] - at[k - 1]))
 
 
-def _distance(stand: Stand, change: Column) -> float:
+def _distance(problem: InverseProblem, change: Column) -> float:
     """Standard deviations between a change (n,) and nothing."""
-    factor = stand.scene.factor
+    factor = problem.forward.factor
     return float(np.sqrt(max(factor.healthy.chi_square(factor.lines.of(change)), 0.0)))
 
 

@@ -127,14 +127,14 @@ def _known(rig: RehearsedRig, pool: Sequence[Entry], effects: Sequence[Effect], 
     owners: list[tuple[str, ...]] = []
     needed: list[Column] = []
     whole, some = (factors_of(rehearse(rig, planned(records, rig.grid_ns)), settings) for records in (pool, _few(pool)))
-    for stand, few in zip(whole, some, strict=True):
-        if directions := usual_directions(fitting, stand, settings.prior.share, few):
+    for problem, few in zip(whole, some, strict=True):
+        if directions := usual_directions(fitting, problem, settings.prior.share, few):
             names = [one.effect.name for one in directions]
-            known = inform(stand, columns(directions))
+            known = inform(problem, columns(directions))
             kept = known.distinct(names)
             factors.append(known.only(kept))
             owners.append(tuple(names[k] for k in kept))
-            needed.append(_needed(directions, settings.prior, stand.scene.odds, len(fitting)))
+            needed.append(_needed(directions, settings.prior, problem.forward.odds, len(fitting)))
     return _Known(tuple(factors), tuple(owners), tuple(needed))
 
 

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from rig.gap.hypotheses.fit import RUNS_AWAY
+from rig.gap.hypotheses.inverse_problems import InverseProblem
 from rig.gap.hypotheses.library import Effect, Law
-from rig.gap.hypotheses.scenes import Stand
 from rig.gap.response.propagate import Applied
 from rig.model.effect_stages import EFFECT_STAGES
 from rig.record import Column
@@ -45,30 +45,30 @@ class Sized:
 
 
 def usual_directions(
-    effects: Sequence[Effect], stand: Stand, share: float, few: Stand | None = None
+    effects: Sequence[Effect], problem: InverseProblem, share: float, few: InverseProblem | None = None
 ) -> list[Direction]:
     """Every law, sign and shape of the effects that act on this factor, at the size of its grid whose change comes
     nearest to `share` of what moves anyhow, on the same factor under a `few` of the records where they are many. Laws
     that change nothing here, or run away, are left out."""
     found = []
-    for one in usual_sizes(effects, few or stand, share):
-        change = sized(one.law, one.shape, one.size, stand)
+    for one in usual_sizes(effects, few or problem, share):
+        change = sized(one.law, one.shape, one.size, problem)
         if change is not None and change.any():
-            moved = stand.scene.factor.lines.of(change)
+            moved = problem.forward.factor.lines.of(change)
             found.append(Direction(one.effect, one.law, one.size, moved, one.choices))
     return found
 
 
-def usual_sizes(effects: Sequence[Effect], stand: Stand, share: float) -> list[Sized]:
+def usual_sizes(effects: Sequence[Effect], problem: InverseProblem, share: float) -> list[Sized]:
     """The size of every law, sign and shape whose change comes nearest to `share` of what moves anyhow."""
     found = []
     for effect in effects:
-        laws = [law for law in effect.laws if stand.shows(law)]
+        laws = [law for law in effect.laws if problem.shows(law)]
         choices = sum(len(law.signs) * len(law.shapes) for law in laws)
         for law in laws:
-            for shape in law.shapes_in(stand.scene.scales):
+            for shape in law.shapes_in(problem.forward.scales):
                 for sign in law.signs:
-                    best = _nearest(law, shape, sign, stand, share)
+                    best = _nearest(law, shape, sign, problem, share)
                     if best is not None:
                         found.append(Sized(effect, law, shape, best, choices))
     return found
@@ -79,33 +79,33 @@ def columns(directions: Sequence[Direction]) -> Column:
     return np.column_stack([one.moved for one in directions])
 
 
-def sized(law: Law, shape: Mapping[str, float], size: float, stand: Stand) -> Column | None:
+def sized(law: Law, shape: Mapping[str, float], size: float, problem: InverseProblem) -> Column | None:
     """(n,) what a law changes at a size; None where it runs away."""
     numbers = {number.name: number.neutral for number in EFFECT_STAGES[law.stage].numbers if number.name in law.free}
     values = numbers | dict(shape) | {law.free[0]: size}
     values |= {name: values[owner] for name, owner in law.tied.items()}
-    change = stand.scene.changed_by(Applied(law.stage, values))
+    change = problem.forward.changed_by(Applied(law.stage, values))
     return change if float(np.max(np.abs(change))) < RUNS_AWAY else None
 
 
-def ladder(law: Law, sign: float, stand: Stand) -> list[float]:
+def ladder(law: Law, sign: float, problem: InverseProblem) -> list[float]:
     """The sizes of a law's grid in its own unit, finer than the grid and further down for those that may be arbitrarily
     small."""
-    low, high = law.range_of(law.free[0], stand.scene.scales)
-    grid = np.array(law.grid) * stand.scene.scales[law.scale] * sign
+    low, high = law.range_of(law.free[0], problem.forward.scales)
+    grid = np.array(law.grid) * problem.forward.scales[law.scale] * sign
     fine = np.concatenate([grid, 0.5 * (grid[1:] + grid[:-1])])
     if law.grid[0] < law.grid[-1] and abs(_neutral(law)) == 0.0:
         fine = np.concatenate([grid[0] * np.array([0.003, 0.01, 0.03, 0.1, 0.3]), fine])
     return [float(size) for size in fine if low <= size <= high]
 
 
-def _nearest(law: Law, shape: Mapping[str, float], sign: float, stand: Stand, share: float) -> float | None:
+def _nearest(law: Law, shape: Mapping[str, float], sign: float, problem: InverseProblem, share: float) -> float | None:
     best, miss = None, np.inf
-    for size in ladder(law, sign, stand):
-        change = sized(law, shape, size, stand)
+    for size in ladder(law, sign, problem):
+        change = sized(law, shape, size, problem)
         if change is None:
             continue
-        moved = stand.scene.factor.rms(change) / stand.scene.moving
+        moved = problem.forward.factor.rms(change) / problem.forward.moving
         if moved > 0.0 and abs(np.log(moved / share)) < miss:
             best, miss = size, abs(float(np.log(moved / share)))
     return best

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from rig.gap.hypotheses.scenes import PRESSURES, Stand
+from rig.gap.hypotheses.inverse_problems import PRESSURES, InverseProblem
 from rig.gap.settings import SESSION_S, Prior
 from rig.record import Column
 
@@ -72,13 +72,13 @@ class Information:
         return replace(self, gram=self.gram[:, rows][:, :, rows], directions=len(kept))
 
 
-def inform(stand: Stand, moved: Column, anew: Column | None = None, beside_s: float = 0.0) -> Information:
+def inform(problem: InverseProblem, moved: Column, anew: Column | None = None, beside_s: float = 0.0) -> Information:
     """The information of every record of a factor about directions (l, m) of its lines; `anew` (l, q) are patterns
     whose sizes are others in each record and monitor, at one standard deviation. `beside_s`: see `Information`."""
-    factor, prior = stand.scene.factor, stand.scene.prior
+    factor, prior = problem.forward.factor, problem.forward.prior
     lines, healthy = factor.lines, factor.healthy
-    records = _records(stand)
-    lasts = np.array(lines.rows) * np.array(lines.dt_s) / _channels(stand)
+    records = _records(problem)
+    lasts = np.array(lines.rows) * np.array(lines.dt_s) / _channels(problem)
     seconds = np.bincount(records, weights=lasts).astype(np.float64)
     density = prior.effective / SESSION_S * seconds.sum() / len(healthy.variance)
     scale, owner = np.sqrt(density / healthy.variance)[:, None], np.array(records)[lines.record]
@@ -112,14 +112,14 @@ def _of_record(common: Column, own: Column) -> Column:
     return out
 
 
-def _channels(stand: Stand) -> int:
-    return 2 if stand.name == PRESSURES else 1
+def _channels(problem: InverseProblem) -> int:
+    return 2 if problem.name == PRESSURES else 1
 
 
-def _records(stand: Stand) -> list[int]:
+def _records(problem: InverseProblem) -> list[int]:
     """Which record each block of lines belongs to: the monitors come one after the other."""
-    blocks = len(stand.scene.factor.lines.rows)
-    return [block % (blocks // _channels(stand)) for block in range(blocks)]
+    blocks = len(problem.forward.factor.lines.rows)
+    return [block % (blocks // _channels(problem)) for block in range(blocks)]
 
 
 def separations(information: Column) -> Column:

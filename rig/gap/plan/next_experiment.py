@@ -15,8 +15,8 @@ import numpy as np
 from rig.excite.experiment import Entry, RunPlan, Waves
 from rig.gap.evidence.posterior import Posterior
 from rig.gap.hypotheses.fit import Fit
+from rig.gap.hypotheses.inverse_problems import InverseProblem
 from rig.gap.hypotheses.law_errors import later_pattern, rough_lines
-from rig.gap.hypotheses.scenes import Stand
 from rig.gap.plan.candidates import Room, candidates, lasts_s, planned, room_within
 from rig.gap.plan.experiment import Experiment
 from rig.gap.plan.information import Information, inform
@@ -79,7 +79,7 @@ def hypotheses_of(posteriors: Sequence[Posterior]) -> list[Hypothesis]:
 
 
 def _possible(posterior: Posterior, name: str, fit: Fit) -> Hypothesis:
-    chance, factor = posterior.probability[name], posterior.stand.name
+    chance, factor = posterior.probability[name], posterior.problem.name
     return Hypothesis(factor, fit.applied, chance, spreads(fit), posterior.given, name, fit.roughness)
 
 
@@ -126,8 +126,8 @@ def next_experiment(
         return None
     expected = rehearse(rig, plans)
     asked = {those[0].factor for those in rivals}
-    stands = {stand.name: stand for stand in factors_of(expected, settings, asked)}
-    known = [_weigh(stands[those[0].factor], those, lasted_s) for those in rivals if those[0].factor in stands]
+    problems = {problem.name: problem for problem in factors_of(expected, settings, asked)}
+    known = [_weigh(problems[those[0].factor], those, lasted_s) for those in rivals if those[0].factor in problems]
     allowed = within(expected, room.angle_deg, simulator)
     chosen = _chosen(known, [lasts_s(entry) for entry in pool], allowed, seconds)
     return _described(known, pool, chosen) if chosen else None
@@ -187,33 +187,33 @@ class _Open:
         return self.mass**2 * expected_confidence(self.probability, self.distances(chosen)) + (1.0 - self.mass) ** 2
 
 
-def _weigh(stand: Stand, rivals: Sequence[Hypothesis], lasted_s: float) -> _Open:
+def _weigh(problem: InverseProblem, rivals: Sequence[Hypothesis], lasted_s: float) -> _Open:
     probability = np.array([one.probability for one in rivals])
     mass = min(float(probability.sum()), 1.0)
     chance = probability / probability.sum()
-    changes = [stand.scene.changed_by(one.applied) for one in rivals]
+    changes = [problem.forward.changed_by(one.applied) for one in rivals]
     slopes, owner = [], []
     for k, one in enumerate(rivals):
         for name, spread in one.spread.items():
             moved = Applied(one.applied.stage, {**one.applied.numbers, name: one.applied.numbers[name] + spread})
-            slopes.append(stand.scene.changed_by(moved) - changes[k])
+            slopes.append(problem.forward.changed_by(moved) - changes[k])
             owner.append(k)
-    lines = stand.scene.factor.lines
+    lines = problem.forward.factor.lines
     directions = np.column_stack([lines.of(np.nan_to_num(one)) for one in (*changes, *slopes)])
     wrong = directions[:, : len(rivals)] * np.sqrt(chance) * np.array([one.roughness for one in rivals])
-    information = inform(as_rough(stand, wrong), directions, wrong, lasted_s)
+    information = inform(as_rough(problem, wrong), directions, wrong, lasted_s)
     names = tuple(one.name for one in rivals)
-    return _Open(names, chance, information, tuple(owner), mass, stand.scene.prior.temperature)
+    return _Open(names, chance, information, tuple(owner), mass, problem.forward.prior.temperature)
 
 
-def as_rough(stand: Stand, wrong: Column) -> Stand:
+def as_rough(problem: InverseProblem, wrong: Column) -> InverseProblem:
     """The factor where the change of each hypothesis is wrong by so much (l, h): by the mean over the hypotheses, for
     the bound is that of one covariance."""
-    scene, factor = stand.scene, stand.scene.factor
-    variance = np.sum([rough_lines(factor.lines, one, 1.0, scene.prior) for one in wrong.T], axis=0)
+    forward, factor = problem.forward, problem.forward.factor
+    variance = np.sum([rough_lines(factor.lines, one, 1.0, forward.prior) for one in wrong.T], axis=0)
     later = np.column_stack([later_pattern(one, factor.lines, 1.0) for one in wrong.T])
     healthy = factor.healthy.with_patterns(later).with_variance(variance)
-    return replace(stand, scene=replace(scene, factor=replace(factor, healthy=healthy)))
+    return replace(problem, forward=replace(forward, factor=replace(factor, healthy=healthy)))
 
 
 def _chosen(known: Sequence[_Open], times: Sequence[float], allowed: Sequence[int], seconds: float) -> list[int]:

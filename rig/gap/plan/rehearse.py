@@ -9,7 +9,7 @@ import numpy as np
 from rig.errors import ModelError
 from rig.excite.experiment import RunPlan
 from rig.excite.setpoints import around
-from rig.gap.hypotheses.scenes import ANGLE, PRESSURES, Stand, angle_stand, pressure_stand
+from rig.gap.hypotheses.inverse_problems import ANGLE, PRESSURES, InverseProblem, angle_problem, pressure_problem
 from rig.gap.records.grid import Pair, RunColumns
 from rig.gap.records.pairs import Pairing
 from rig.gap.reference.build import Expected, Kind, from_response, rms_of
@@ -175,7 +175,7 @@ def _noise(contexts: Sequence[RecordContext]) -> Noise:
 
 def factors_of(
     expected: Expected, settings: Fitted, among: Collection[str] = frozenset({PRESSURES, ANGLE})
-) -> list[Stand]:
+) -> list[InverseProblem]:
     """The factors of the likelihood on planned records, upstream first; those `among` which one asks."""
-    made = {PRESSURES: pressure_stand, ANGLE: angle_stand} if expected.driven else {ANGLE: angle_stand}
-    return [stand(expected, settings) for name, stand in made.items() if name in among]
+    made = {PRESSURES: pressure_problem, ANGLE: angle_problem} if expected.driven else {ANGLE: angle_problem}
+    return [problem(expected, settings) for name, problem in made.items() if name in among]

@@ -19,8 +19,8 @@ from scipy.signal import lfilter
 from hil.reference.cases import Purpose, bench_of, draw_sheet
 from rig.blind_check.source import records_of
 from rig.gap.hypotheses.fit import Fit, fit_effect
+from rig.gap.hypotheses.inverse_problems import angle_problem, pressure_problem
 from rig.gap.hypotheses.library import LIBRARY
-from rig.gap.hypotheses.scenes import angle_stand, pressure_stand
 from rig.gap.records.pairs import pair_up
 from rig.gap.reference.build import Expected, Kind, expect
 from rig.gap.response.lateness import IN_TIME, Lateness, delayed, displaced
@@ -112,8 +112,8 @@ def found(effect: str, said: Expected) -> tuple[float, float]:
 
 def fitted_to(effect: str, said: Expected) -> Fit:
     ahead = said.driven and LIBRARY[effect].upstream
-    stand = (pressure_stand if ahead else angle_stand)(said, fitted())
-    fit = fit_effect(LIBRARY[effect], stand.scene, stand.shows, stand.few)
+    problem = (pressure_problem if ahead else angle_problem)(said, fitted())
+    fit = fit_effect(LIBRARY[effect], problem.forward, problem.shows, problem.screening)
     assert fit is not None
     return fit
 
@@ -154,11 +154,11 @@ def test_a_clock_that_runs_off_put_onto_another_day_comes_back_and_leaves_nothin
     said = expected(first, [running_off(record, drift) for record in second], pressures)
     fit = fitted_to("clock_drift", said)
     assert fit.sizes[0] == pytest.approx(drift, rel=EXACT)
-    as_it_was = fitted_to("clock_drift", expected(first, second, pressures)).scene.factor
-    left = fit.scene.factor.gap - fit.change
+    as_it_was = fitted_to("clock_drift", expected(first, second, pressures)).forward.factor
+    left = fit.forward.factor.gap - fit.change
     most, before = (np.quantile(np.abs(one - one.mean()), 0.95) for one in (left, as_it_was.gap))
     assert most < 1.2 * before  # but for the last rows, in which a fast clock is ahead of the record
-    assert np.std(left) < 0.2 * np.std(fit.scene.factor.gap)
+    assert np.std(left) < 0.2 * np.std(fit.forward.factor.gap)
 
 
 @pytest.mark.parametrize(("low", "high"), [(-0.9, 0.9), (-0.8, 0.55), (-0.5, 0.85)])

@@ -176,7 +176,7 @@ def test_records_without_pressures_are_judged_on_the_angle_alone() -> None:
     ]
     found, grounds = diagnose_with_grounds(model(), records)
     assert isinstance(grounds, Grounds)
-    assert [posterior.stand.name for posterior in grounds.posteriors] == ["angle"]
+    assert [posterior.problem.name for posterior in grounds.posteriors] == ["angle"]
     assert found.verdict != "none"
     assert np.isfinite(found.gap.after_deg)
 

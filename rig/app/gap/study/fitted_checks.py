@@ -13,8 +13,8 @@ from rig.blind_check.generate import open_labels
 from rig.blind_check.modes import MODES
 from rig.blind_check.row import Row, Scored, facts_of, read_scored
 from rig.errors import RecordError
+from rig.gap.hypotheses.inverse_problems import ANGLE, PRESSURES
 from rig.gap.hypotheses.library import LIBRARY, NONE, UNKNOWN
-from rig.gap.hypotheses.scenes import ANGLE, PRESSURES
 from rig.gap.settings import Origin
 from rig.model.slots import AHEAD
 

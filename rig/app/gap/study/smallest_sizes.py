@@ -21,8 +21,8 @@ from rig.blind_check.source import records_of
 from rig.errors import RigError
 from rig.excite.experiment import expand, load_sweep
 from rig.gap.evidence.posterior import judge
+from rig.gap.hypotheses.inverse_problems import angle_problem, pressure_problem
 from rig.gap.hypotheses.library import LIBRARY
-from rig.gap.hypotheses.scenes import angle_stand, pressure_stand
 from rig.gap.plan.capability import CHANCE, capability
 from rig.gap.plan.rehearse import rehearse
 from rig.gap.records.pairs import pair_up
@@ -120,8 +120,8 @@ def detected(model: Model, records: Sequence[Record], days: Sequence[Sequence[Re
     pairing = pair_up(records, days, model.p0_mpa)
     expected, settings = expect(kind, False, model, pairing), fitted()
     effects = [effect for effect in LIBRARY.values() if not effect.signature]
-    stands = [pressure_stand(expected, settings)] if expected.driven else []
-    return any(judge(effects, stand).found for stand in (*stands, angle_stand(expected, settings)))
+    problems = [pressure_problem(expected, settings)] if expected.driven else []
+    return any(judge(effects, problem).found for problem in (*problems, angle_problem(expected, settings)))
 
 
 def threshold(seen: Callable[[float], bool], predicted: float) -> float | None:

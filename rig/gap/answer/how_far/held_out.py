@@ -9,8 +9,8 @@ import numpy as np
 from rig.gap.answer.how_far.augment import remaining_gap
 from rig.gap.answer.how_far.halves import in_halves
 from rig.gap.hypotheses.fit import Fit, refit
-from rig.gap.hypotheses.given import scene_given
-from rig.gap.hypotheses.scenes import PRESSURES, angle_scene, on_records, pressure_scene
+from rig.gap.hypotheses.given import forward_given
+from rig.gap.hypotheses.inverse_problems import PRESSURES, angle_forward, on_records, pressure_forward
 from rig.gap.reference.build import Expected
 from rig.gap.response.propagate import Applied
 from rig.gap.settings import Fitted
@@ -57,7 +57,7 @@ def _folds(expected: Expected) -> Iterator[tuple[Expected, list[Column]]]:
 def _refitted(k: int, causes: Sequence[tuple[str, Fit]], some: Expected, settings: Fitted, whole: Expected) -> Applied:
     """The k-th cause fitted to some of the records, beside the others on its factor."""
     name, fit = causes[k]
-    scene = pressure_scene(some, settings, whole) if name == PRESSURES else angle_scene(some, settings, whole)
+    forward = pressure_forward(some, settings, whole) if name == PRESSURES else angle_forward(some, settings, whole)
     for other in (one for j, (where, one) in enumerate(causes) if where == name and j != k):
-        scene = scene_given(scene, other)
-    return refit(fit, scene)
+        forward = forward_given(forward, other)
+    return refit(fit, forward)

@@ -56,8 +56,8 @@ def intervals(fit: Fit, reach: Reach) -> dict[str, Interval]:
     numbers = {name: value for name, value in fit.applied.numbers.items() if name not in FREE_JOINT}
     for name, value in numbers.items():
         deviation = spread.get(name, spread.get(fit.law.tied.get(name, ""), 0.0))
-        half = half_width(float(value), deviation, fit.effect.roughness(fit.scene.prior, fit.law), reach)
-        low, high = fit.law.range_of(name, fit.scene.scales)
+        half = half_width(float(value), deviation, fit.effect.roughness(fit.forward.prior, fit.law), reach)
+        low, high = fit.law.range_of(name, fit.forward.scales)
         ends = max(float(value) - half, min(low, float(value))), min(float(value) + half, max(high, float(value)))
         said[name] = Interval(float(value), *ends, known[name].unit)
     return said

@@ -15,7 +15,7 @@ from rig.gap.answer.words.on_any_rig import on_the_rig
 from rig.gap.answer.words.on_the_rig import ON_THE_RIG, OnTheRig, noun_of
 from rig.gap.answer.words.sizes import degrees, percent, size
 from rig.gap.answer.words.sureness import how_sure
-from rig.gap.hypotheses.scenes import ANGLE, PRESSURES
+from rig.gap.hypotheses.inverse_problems import ANGLE, PRESSURES
 from rig.gap.offered import VALVES
 from rig.gap.plan.experiment import Experiment
 from rig.gap.raw_tests.signature import MONITOR

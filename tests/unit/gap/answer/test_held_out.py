@@ -13,7 +13,7 @@ from rig.gap.answer.how_far import held_out
 from rig.gap.answer.how_far.halves import in_halves
 from rig.gap.answer.how_far.held_out import how_far
 from rig.gap.diagnosis import diagnose_with_grounds
-from rig.gap.hypotheses.fit import Fit, Scene, refit
+from rig.gap.hypotheses.fit import Fit, ForwardModel, refit
 from rig.gap.response.propagate import Applied
 from rig.gap.settings import fitted
 from rig.model.parameters import AddedEffect
@@ -40,9 +40,9 @@ def test_each_row_is_judged_once_by_a_fit_that_has_not_seen_it(count: int, monke
     fit = grounds.posteriors[0].fits["valve_lag"]
     seen: list[float] = []
 
-    def watched(one: Fit, scene: Scene) -> Applied:
-        seen.append(float(scene.factor.lines.used.sum()))
-        return refit(one, scene)
+    def watched(one: Fit, forward: ForwardModel) -> Applied:
+        seen.append(float(forward.factor.lines.used.sum()))
+        return refit(one, forward)
 
     def remaining(_model: Any, _causes: Sequence[Applied], given: Any) -> list[Column]:
         return [np.ones(len(pair)) for pair in given.pairs]

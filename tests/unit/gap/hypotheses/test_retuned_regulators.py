@@ -10,9 +10,9 @@ from support.plants.gap_rigs import model, session
 
 from rig.gap.diagnosis import diagnose_with_grounds
 from rig.gap.hypotheses import fit
-from rig.gap.hypotheses.fit import Scene, Unsure, settled
+from rig.gap.hypotheses.fit import ForwardModel, UncertainParameters, settled
+from rig.gap.hypotheses.inverse_problems import pressure_forward
 from rig.gap.hypotheses.library import UNKNOWN
-from rig.gap.hypotheses.scenes import pressure_scene
 from rig.gap.pipeline import Grounds
 from rig.gap.records.pairs import pair_up
 from rig.gap.reference.build import Kind, expect
@@ -21,19 +21,19 @@ from rig.gap.settings import BuildSpread, fitted
 from rig.record import Column, Record
 
 
-def scene(records: Sequence[Record], kind: Kind = Kind.SIMULATOR) -> Scene:
+def forward(records: Sequence[Record], kind: Kind = Kind.SIMULATOR) -> ForwardModel:
     """The pressures of these records against what the simulator expects."""
     days = [] if kind is Kind.SIMULATOR else [session(80)]
-    return pressure_scene(expect(kind, True, model(), pair_up(records, days, model().p0_mpa)), fitted())
+    return pressure_forward(expect(kind, True, model(), pair_up(records, days, model().p0_mpa)), fitted())
 
 
-def unsure_of(one: Scene) -> Unsure:
+def unsure_of(one: ForwardModel) -> UncertainParameters:
     assert one.unsure is not None
     return one.unsure
 
 
 def test_nothing_moves_without_a_size_and_the_patterns_are_those_of_the_factor() -> None:
-    here = scene(session(81))
+    here = forward(session(81))
     unsure = unsure_of(here)
     moved = unsure.at(np.zeros(2), None)
     assert np.max(np.abs(moved.nonlinear)) < 1e-12
@@ -46,7 +46,7 @@ def test_nothing_moves_without_a_size_and_the_patterns_are_those_of_the_factor()
 def test_what_bends_and_what_is_in_proportion_make_up_the_other_regulators(
     sizes: tuple[float, float], cause: Applied | None
 ) -> None:
-    unsure = unsure_of(scene(session(82)))
+    unsure = unsure_of(forward(session(82)))
     none, there = unsure.at(np.zeros(2), cause), unsure.at(np.array(sizes), cause)
     causes = [] if cause is None else ready([cause], there.response)
     # what the other regulators give under the commands, by steps so small that each is in proportion
@@ -58,7 +58,7 @@ def test_what_bends_and_what_is_in_proportion_make_up_the_other_regulators(
 
 @pytest.mark.parametrize("times", [0.6, 1.5])
 def test_a_sisters_regulators_leave_nothing_once_they_are_taken_anew(times: float) -> None:
-    here = scene(session(83))
+    here = forward(session(83))
     unsure = unsure_of(here)
     other = unsure.at(np.array([times - 1.0, 0.0]), None)
     gap = other.nonlinear + other.patterns @ np.array([times - 1.0, 0.0])  # the records of just such a rig
@@ -71,7 +71,7 @@ def test_a_sisters_regulators_leave_nothing_once_they_are_taken_anew(times: floa
 
 
 def test_earlier_days_know_their_regulators() -> None:
-    assert scene(session(84), Kind.SESSION).unsure is None
+    assert forward(session(84), Kind.SESSION).unsure is None
 
 
 def by_flow(set_point: Column, seed: int) -> Column:
@@ -110,7 +110,7 @@ def test_a_law_that_leaves_more_than_it_changes_does_not_stand_for_what_a_simula
 
 def test_what_a_simulator_misses_may_be_more_on_this_build_than_is_usual() -> None:
     """Of a rig without any gap: less than usual is as it is, and the more, the more unlikely a build."""
-    factor, spread = scene(session(85)).factor, BuildSpread(0.3, 4.0)
+    factor, spread = forward(session(85)).factor, BuildSpread(0.3, 4.0)
     own = factor.healthy.chi_square(factor.gap_lines) / 5.0  # a healthy record of a quarter of the effective lines
     levels = []
     for times in (0.3, 3.0, 6.0, 12.0):

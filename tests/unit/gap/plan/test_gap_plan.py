@@ -14,9 +14,9 @@ from rig.app.gap.known_rigs import Asked, described_by_call
 from rig.excite.envelope import check
 from rig.excite.experiment import expand, load_sweep
 from rig.gap.evidence.posterior import judge
+from rig.gap.hypotheses.inverse_problems import ANGLE, PRESSURES, InverseProblem
 from rig.gap.hypotheses.law_errors import with_law
 from rig.gap.hypotheses.library import LIBRARY
-from rig.gap.hypotheses.scenes import ANGLE, PRESSURES, Stand
 from rig.gap.plan.candidates import Room, candidates, lasts_s, planned, sweep_text
 from rig.gap.plan.capability import Ability, capability, seen_separation
 from rig.gap.plan.design import design
@@ -43,22 +43,22 @@ def rig() -> RehearsedRig:
 
 
 @pytest.fixture(scope="module")
-def usual(rig: RehearsedRig) -> list[Stand]:
+def usual(rig: RehearsedRig) -> list[InverseProblem]:
     return factors_of(rehearse(rig, expand(load_sweep(CONFIGS / "sweeps" / "gap.yaml"), PERIOD_NS)), fitted())
 
 
-def test_planned_records_answer_as_the_reference_expects(usual: list[Stand]) -> None:
-    assert [stand.name for stand in usual] == [PRESSURES, ANGLE]
-    assert all(not stand.scene.factor.gap.any() for stand in usual)
+def test_planned_records_answer_as_the_reference_expects(usual: list[InverseProblem]) -> None:
+    assert [problem.name for problem in usual] == [PRESSURES, ANGLE]
+    assert all(not problem.forward.factor.gap.any() for problem in usual)
 
 
 @pytest.mark.parametrize("factor", [0, 1])
-def test_information_of_all_records_is_the_likelihood_s_own(usual: list[Stand], factor: int) -> None:
-    stand = usual[factor]
-    found = usual_directions(FEW, stand, 0.05)
-    known = inform(stand, columns(found))
+def test_information_of_all_records_is_the_likelihood_s_own(usual: list[InverseProblem], factor: int) -> None:
+    problem = usual[factor]
+    found = usual_directions(FEW, problem, 0.05)
+    known = inform(problem, columns(found))
     apart = separations(known.of(range(len(known.seconds))))
-    likelihood = stand.scene.factor.healthy
+    likelihood = problem.forward.factor.healthy
     for k, one in enumerate(found):
         assert apart[k, k] ** 2 == pytest.approx(likelihood.chi_square(one.moved), rel=1e-6)
     first, other = found[0].moved, found[-1].moved
@@ -67,24 +67,24 @@ def test_information_of_all_records_is_the_likelihood_s_own(usual: list[Stand], 
     assert apart[0, -1] ** 2 == pytest.approx(refitted, rel=1e-2, abs=1e-3)
 
 
-def test_a_record_beside_others_tells_what_they_tell_together(usual: list[Stand]) -> None:
+def test_a_record_beside_others_tells_what_they_tell_together(usual: list[InverseProblem]) -> None:
     known = inform(usual[1], columns(usual_directions(FEW, usual[1], 0.05)))
     np.testing.assert_array_equal(known.beside([2, 0]).of([5]), known.of([2, 0, 5]))
 
 
 @pytest.mark.parametrize("factor", [0, 1])
-def test_information_where_laws_are_rough_is_the_likelihood_s_own(usual: list[Stand], factor: int) -> None:
+def test_information_where_laws_are_rough_is_the_likelihood_s_own(usual: list[InverseProblem], factor: int) -> None:
     """A law is off by another share in each record and by one lateness in all, as a diagnosis judges it."""
-    stand, rho = usual[factor], 0.3
-    moved = usual_directions(FEW, stand, 0.05)[0].moved
-    scene = stand.scene
-    rough = with_law(scene.factor.healthy, scene.factor.lines, moved, rho, scene.prior)
-    known = inform(as_rough(stand, rho * moved[:, None]), moved[:, None], rho * moved[:, None])
+    problem, rho = usual[factor], 0.3
+    moved = usual_directions(FEW, problem, 0.05)[0].moved
+    forward = problem.forward
+    rough = with_law(forward.factor.healthy, forward.factor.lines, moved, rho, forward.prior)
+    known = inform(as_rough(problem, rho * moved[:, None]), moved[:, None], rho * moved[:, None])
     assert known.of(range(len(known.seconds)))[0, 0] == pytest.approx(rough.chi_square(moved), rel=1e-6)
-    assert rough.chi_square(moved) < 0.5 * scene.factor.healthy.chi_square(moved)
+    assert rough.chi_square(moved) < 0.5 * forward.factor.healthy.chi_square(moved)
 
 
-def test_records_beside_a_whole_session_tell_less_than_alone(usual: list[Stand]) -> None:
+def test_records_beside_a_whole_session_tell_less_than_alone(usual: list[InverseProblem]) -> None:
     """Of so many records the likelihood counts no more independent lines than of a session (`Parts.factor`)."""
     moved = columns(usual_directions(FEW, usual[1], 0.05))
     known = inform(usual[1], moved)
@@ -94,7 +94,7 @@ def test_records_beside_a_whole_session_tell_less_than_alone(usual: list[Stand])
     assert np.all(beside >= share * alone), "patterns take less of weaker lines"
 
 
-def test_more_records_never_tell_less(usual: list[Stand]) -> None:
+def test_more_records_never_tell_less(usual: list[InverseProblem]) -> None:
     known = inform(usual[1], columns(usual_directions(FEW, usual[1], 0.05)))
     few, more = (np.linalg.eigvalsh(known.of(range(count))) for count in (3, 6))
     assert np.all(more >= few - 1e-9)
@@ -114,19 +114,19 @@ def test_more_choices_need_more() -> None:
     assert many > few > fewer - 1e-9
 
 
-def having(stand: Stand, ability: Ability, size: float) -> Stand:
+def having(problem: InverseProblem, ability: Ability, size: float) -> InverseProblem:
     """The factor on a day like any other, with an effect of that size in it."""
-    law = next(law for law in LIBRARY[ability.effect].laws if stand.shows(law))
-    change = sized(law, law.shapes[0], size, stand)
+    law = next(law for law in LIBRARY[ability.effect].laws if problem.shows(law))
+    change = sized(law, law.shapes[0], size, problem)
     assert change is not None
-    factor = replace(stand.scene.factor, gap=change + usual_day(stand))
-    scene = replace(stand.scene, factor=factor)
-    return replace(stand, scene=scene, on_few=lambda: scene)
+    factor = replace(problem.forward.factor, gap=change + usual_day(problem))
+    forward = replace(problem.forward, factor=factor)
+    return replace(problem, forward=forward, on_few=lambda: forward)
 
 
-def usual_day(stand: Stand) -> Column:
+def usual_day(problem: InverseProblem) -> Column:
     """A residual as the reference's own Gaussian draws it."""
-    random, lines, healthy = np.random.default_rng(5), stand.scene.factor.lines, stand.scene.factor.healthy
+    random, lines, healthy = np.random.default_rng(5), problem.forward.factor.lines, problem.forward.factor.healthy
     drawn = np.sqrt(healthy.variance) * random.standard_normal(len(healthy.variance))
     drawn += healthy.patterns @ random.standard_normal(healthy.patterns.shape[1])
     parts, start = [], 0
@@ -138,14 +138,14 @@ def usual_day(stand: Stand) -> Column:
 
 @pytest.mark.parametrize("name", ["viscous_friction", "valve_gain"])
 def test_the_diagnosis_sees_what_it_is_said_to_see_and_not_half_of_it(
-    rig: RehearsedRig, usual: list[Stand], name: str
+    rig: RehearsedRig, usual: list[InverseProblem], name: str
 ) -> None:
     plans = expand(load_sweep(CONFIGS / "sweeps" / "gap.yaml"), PERIOD_NS)
     ability = next(one for one in capability(rehearse(rig, plans), FEW, fitted()).abilities if one.effect == name)
     assert ability.detectable is not None
-    stand = next(one for one in usual if one.name == ability.factor)
-    assert judge(FEW, having(stand, ability, ability.detectable)).found
-    assert not judge(FEW, having(stand, ability, 0.4 * ability.detectable)).found
+    problem = next(one for one in usual if one.name == ability.factor)
+    assert judge(FEW, having(problem, ability, ability.detectable)).found
+    assert not judge(FEW, having(problem, ability, 0.4 * ability.detectable)).found
 
 
 def test_what_looks_alike_is_said_and_named_later_than_seen(rig: RehearsedRig) -> None:

@@ -16,8 +16,8 @@ from rig.app.gap.study.smallest_sizes import REACH, SizesFound, rows_of, sizes_p
 from rig.errors import RigError
 from rig.excite.experiment import Entry, Timing
 from rig.excite.signals import Sine
+from rig.gap.hypotheses.inverse_problems import ANGLE, parts_of_pressures, pressure_forward
 from rig.gap.hypotheses.library import LIBRARY
-from rig.gap.hypotheses.scenes import ANGLE, parts_of_pressures, pressure_scene
 from rig.gap.plan.candidates import Room, planned
 from rig.gap.plan.capability import capability
 from rig.gap.plan.directions import columns, usual_directions
@@ -61,10 +61,10 @@ def test_a_reference_that_misses_more_shows_less(known: RehearsedRig) -> None:
 
 def test_what_one_record_alone_may_take_needs_no_place_among_the_patterns_of_all(known: RehearsedRig) -> None:
     plans = planned([replace(SINE, signal=Sine(hertz, 0.2)) for hertz in (0.3, 0.5, 0.8)], 10_000_000)
-    stand = factors_of(rehearse(known, plans), fitted())[1]
-    likelihood = stand.scene.factor.healthy
-    found = usual_directions(FEW, stand, 0.05)
-    told = inform(stand, columns(found))
+    problem = factors_of(rehearse(known, plans), fitted())[1]
+    likelihood = problem.forward.factor.healthy
+    found = usual_directions(FEW, problem, 0.05)
+    told = inform(problem, columns(found))
     assert told.gram.shape[1] - told.directions <= likelihood.patterns.shape[1] - len(plans)
     apart = separations(told.of(range(3)))
     shorter = float(told.seconds.sum()) / SESSION_S
@@ -173,7 +173,7 @@ def test_a_planned_record_faster_than_what_is_known_is_as_many_times_less_sure(
     plans = planned([Entry(Sine(hz, 0.1), Timing(settle_s=1.0, duration_s=10.0), (0.2,))], 10_000_000)
     steady = replace(known, missed_mpa=0.0, anew_mpa=0.0)
     made = [rehearse(replace(steady, known_hz=at), plans) for at in (np.inf, 0.8)]
-    sure, unsure = (pressure_scene(expected, fitted()).factor.healthy for expected in made)
+    sure, unsure = (pressure_forward(expected, fitted()).factor.healthy for expected in made)
     noise = parts_of_pressures(made[0])[0].noise  # is as loud on a fast record
     np.testing.assert_allclose(unsure.variance - noise, times**2 * (sure.variance - noise))
     np.testing.assert_allclose(unsure.patterns, times * sure.patterns)

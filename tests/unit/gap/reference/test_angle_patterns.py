@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from support.plants.gap_rigs import baselines, model, session
 
-from rig.gap.hypotheses.scenes import parts_of_angle
+from rig.gap.hypotheses.inverse_problems import parts_of_angle
 from rig.gap.records.pairs import pair_up
 from rig.gap.reference.build import Expected, Kind, expect
 from rig.gap.reference.expectation import ANGLE_PATTERNS, BANK, VISCOUS, Parts

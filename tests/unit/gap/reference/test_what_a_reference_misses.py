@@ -7,7 +7,7 @@ import pytest
 from support.plants.gap_rigs import model, session
 
 from rig.gap.diagnosis import diagnose_with_grounds
-from rig.gap.hypotheses.scenes import pressure_scene
+from rig.gap.hypotheses.inverse_problems import pressure_forward
 from rig.gap.likelihood.gaussian import Gaussian
 from rig.gap.pipeline import Grounds
 from rig.gap.settings import fitted
@@ -51,7 +51,7 @@ def test_the_floor_is_no_less_than_what_regulators_miss(answers: list[tuple[floa
 
 
 def test_what_is_missed_lies_in_the_lines_that_answer(answers: list[tuple[float, Grounds]]) -> None:
-    spread = [pressure_scene(grounds.expected, fitted()).factor.healthy.variance for _, grounds in answers]
+    spread = [pressure_forward(grounds.expected, fitted()).factor.healthy.variance for _, grounds in answers]
     ratio = spread[1] / spread[0]
     assert ratio[0] > 1.0
     assert ratio == pytest.approx(ratio[0])
@@ -59,7 +59,7 @@ def test_what_is_missed_lies_in_the_lines_that_answer(answers: list[tuple[float,
 
 def test_a_level_that_its_own_records_say_is_known_more_surely(answers: list[tuple[float, Grounds]]) -> None:
     """Five times that is rarer than five times what is usual of rigs, once either level is the same."""
-    (_, usual), (_, own) = ((floor, pressure_scene(grounds.expected, fitted()).factor) for floor, grounds in answers)
+    (_, usual), (_, own) = ((floor, pressure_forward(grounds.expected, fitted()).factor) for floor, grounds in answers)
     known = replace(own.healthy, pattern_degrees=np.inf, as_well=None)
     fewer = replace(known, degrees=usual.healthy.degrees)
     assert known.degrees > fewer.degrees

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rig.gap.hypotheses.scenes import at_another_time, rougher_beyond
+from rig.gap.hypotheses.inverse_problems import at_another_time, rougher_beyond
 from rig.gap.likelihood.lines import lines_of
 
 ROWS, DT_S = 2000, 0.01

@@ -1,4 +1,5 @@
-"""The two scenes on which hypotheses compete: the pressures under the commands, and the angle under the pressures.
+"""The two inverse problems in which hypotheses compete: which cause changed the pressures under the commands, and which
+the angle under the pressures.
 
 Each is built in one order, and the order counts: `less_sure` multiplies all that was doubted before it where the
 records are fast, and what is doubted after it stands beside that at its own size.
@@ -10,7 +11,7 @@ from functools import cached_property, partial
 
 import numpy as np
 
-from rig.gap.hypotheses.fit import Scene, angle_change, pressure_change, settled
+from rig.gap.hypotheses.fit import ForwardModel, angle_change, pressure_change, settled
 from rig.gap.hypotheses.law_errors import rough_lines, with_law
 from rig.gap.hypotheses.library import Law
 from rig.gap.hypotheses.retuned import unsure_regulators
@@ -32,17 +33,17 @@ PRESSURES, ANGLE = "pressures", "angle"
 
 
 @dataclass(frozen=True)
-class Stand:
-    """One factor's scene, and which laws act on it."""
+class InverseProblem:
+    """What was measured of one factor with the forward model of its causes, and which laws may act on it."""
 
     name: str
-    scene: Scene
-    on_few: Callable[[], Scene]
+    forward: ForwardModel
+    on_few: Callable[[], ForwardModel]
     shows: Callable[[Law], bool]
 
     @cached_property
-    def few(self) -> Scene:
-        """The scene of the few records that show most, where laws are tried first; made when it is asked for, which no
+    def screening(self) -> ForwardModel:
+        """The model of the few records that show most, where laws are tried first; made when it is asked for, which no
         plan does."""
         return self.on_few()
 
@@ -52,21 +53,23 @@ def acts_ahead(law: Law) -> bool:
     return EFFECT_STAGES[law.stage].slot in AHEAD
 
 
-def pressure_stand(expected: Expected, settings: Fitted) -> Stand:
+def pressure_problem(expected: Expected, settings: Fitted) -> InverseProblem:
     """The pressures under the commands, on which acts what lies ahead of the monitors."""
-    whole = pressure_scene(expected, settings)
+    whole = pressure_forward(expected, settings)
     if builds := settings.levels[expected.levels].builds:
         whole = replace(whole, factor=whole.factor.of_its_class(settled(whole).factor, builds))
-    return Stand(PRESSURES, whole, lambda: pressure_scene(_telling(expected), settings, expected), acts_ahead)
+    return InverseProblem(
+        PRESSURES, whole, lambda: pressure_forward(_telling(expected), settings, expected), acts_ahead
+    )
 
 
-def angle_stand(expected: Expected, settings: Fitted) -> Stand:
+def angle_problem(expected: Expected, settings: Fitted) -> InverseProblem:
     """The angle, under the pressures where they were measured: what lies ahead of the monitors is settled then. From
     the angle alone every law acts on it."""
-    return Stand(
+    return InverseProblem(
         ANGLE,
-        angle_scene(expected, settings),
-        lambda: angle_scene(_telling(expected), settings, expected),
+        angle_forward(expected, settings),
+        lambda: angle_forward(_telling(expected), settings, expected),
         (lambda law: not acts_ahead(law)) if expected.driven else lambda law: True,
     )
 
@@ -95,7 +98,7 @@ def _with_days(
     return with_unrepeated(parts, expected.contexts, shown), shown[:, : len(expected.contexts[0].pair.days)]
 
 
-def pressure_scene(expected: Expected, settings: Fitted, whole: Expected | None = None) -> Scene:
+def pressure_forward(expected: Expected, settings: Fitted, whole: Expected | None = None) -> ForwardModel:
     """The pressures of some records; scales are those of the `whole`."""
     reference_levels = settings.levels[expected.levels]
     levels = reference_levels.pressures.later(expected.unsure_lag_s)
@@ -109,13 +112,13 @@ def pressure_scene(expected: Expected, settings: Fitted, whole: Expected | None 
     moving = float(np.std(np.concatenate([context.reference.p1_mpa for context in expected.contexts])))
     scales = law_scales((whole or expected).contexts, expected.response.tau0_s)
     change = pressure_change(expected.contexts, expected.response)
-    scene = Scene(factor, change, expected.response, scales, moving, settings.prior, reference_levels.odds)
+    forward = ForwardModel(factor, change, expected.response, scales, moving, settings.prior, reference_levels.odds)
     if expected.kind is not Kind.SIMULATOR:
-        return scene
-    return replace(scene, unsure=unsure_regulators(expected.contexts, expected.response, parts, levels, times))
+        return forward
+    return replace(forward, unsure=unsure_regulators(expected.contexts, expected.response, parts, levels, times))
 
 
-def angle_scene(expected: Expected, settings: Fitted, whole: Expected | None = None) -> Scene:
+def angle_forward(expected: Expected, settings: Fitted, whole: Expected | None = None) -> ForwardModel:
     """The angle of some records; scales are those of the `whole`."""
     contexts, base, response = expected.contexts, expected.base, expected.response
     reference_levels = settings.levels[expected.levels]
@@ -137,7 +140,7 @@ def angle_scene(expected: Expected, settings: Fitted, whole: Expected | None = N
     moving = float(np.std(np.concatenate(base)))
     scales = law_scales((whole or expected).contexts, expected.response.tau0_s)
     change = angle_change(contexts, base, response, expected.driven)
-    return Scene(factor, change, response, scales, moving, settings.prior, reference_levels.odds)
+    return ForwardModel(factor, change, response, scales, moving, settings.prior, reference_levels.odds)
 
 
 def _angle_levels(expected: Expected, levels: FactorLevels) -> FactorLevels:
