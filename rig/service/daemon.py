@@ -172,9 +172,10 @@ class Daemon:
         await asyncio.to_thread(self._page.close)
         left = await asyncio.get_running_loop().run_in_executor(self._starter, self._monitor.close, self._wait_on)
         lost = await self._reports.end(self._wait_on)
-        await asyncio.to_thread(self._retention.remember)
+        await self._retention.end()
         await self._server.close()
         self._starter.shutdown()
+        await asyncio.get_running_loop().shutdown_default_executor()  # what a cancelled task had begun in a thread
         self._notifier.close()
         _LOG.info("ended; %s", "; ".join(filter(None, (left, lost))))
 

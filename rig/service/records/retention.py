@@ -9,6 +9,7 @@ import asyncio
 import logging
 import os
 from collections.abc import Iterable
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import Any, Final
 
@@ -65,16 +66,25 @@ class Retention:
         self._ledger, self._policy, self._operating = ledger, policy, operating
         self._announced: dict[str, float] = {}
         """Path -> operating time of the announcement (s)."""
+        self._aside = ThreadPoolExecutor(1, "retention")
+        """What is begun there is carried out to its end, one after the other, whoever waited for it."""
 
     async def run(self) -> None:
         """A turn every ten minutes, for ever; each removal stands in the log, a day ahead and once it is done."""
+        loop = asyncio.get_running_loop()
         while True:
-            await asyncio.to_thread(self.remember)
+            await loop.run_in_executor(self._aside, self.remember)
             try:
-                await asyncio.to_thread(self.turn)
+                await loop.run_in_executor(self._aside, self.turn)
             except RigError as error:
                 _LOG.error("retention: %s", error)
             await asyncio.sleep(_TURN_S)
+
+    async def end(self) -> None:
+        """For the end of the daemon, when nobody waits for `run` any more: keep for how long it ran, after whatever a
+        turn had begun. Nothing is removed, written or logged afterwards."""
+        await asyncio.get_running_loop().run_in_executor(self._aside, self.remember)
+        self._aside.shutdown()
 
     def remember(self) -> None:
         """Keep how long the daemon has run; where that cannot be written, records grow old later, and the log says

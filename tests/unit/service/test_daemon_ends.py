@@ -1,7 +1,9 @@
 """How a daemon ends: the rig first, then what is told of it."""
 
 import asyncio
+import logging
 import os
+import threading
 from collections.abc import Callable
 from pathlib import Path
 from types import SimpleNamespace
@@ -14,8 +16,13 @@ from rig.realtime.faults import Fault
 from rig.realtime.ring import Ring
 from rig.service.daemon import Daemon
 from rig.service.queue.planner import Planner
+from rig.service.records.operating_time import OperatingTime
 from rig.service.session.session_monitor import SessionMonitor
 from rig.service.settings import DaemonSettings, Web
+from rig.service.views import metrics
+
+ENDED_S = 0.3
+"""For so long whatever a thread does waits for a daemon that ends before it."""
 
 
 def test_a_black_box_that_cannot_be_written_is_in_the_last_line_and_delays_no_safe_state(
@@ -59,3 +66,45 @@ def test_a_black_box_that_cannot_be_written_is_in_the_last_line_and_delays_no_sa
         f"ended; the rig is safe; the black box of NOT_FOLLOWING is lost: {tmp_path / 'blackbox'}: cannot be made: "
         "File exists"
     )
+
+
+@pytest.mark.parametrize("begun", [(OperatingTime, "save"), (metrics, "write")], ids=["operating time", "metrics"])
+def test_what_a_thread_had_begun_is_done_before_the_last_line(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture, begun: tuple[object, str]
+) -> None:
+    """A task that was cancelled left its thread behind: two wrote the same file, and one wrote and logged after the
+    daemon had said that it ended."""
+    caplog.set_level("INFO", logger="pamrig")
+    under_way, ended, told = threading.Event(), threading.Event(), logging.getLogger("pamrig")
+    at_once: list[int] = []
+
+    def slowly(*_: object) -> None:
+        at_once.append(1)
+        under_way.set()
+        ended.wait(ENDED_S)
+        told.info("%d at once", len(at_once))
+        at_once.pop()
+
+    def closed(*_: object) -> str:
+        return "the rig is safe"
+
+    monkeypatch.setattr(*begun, slowly)
+    monkeypatch.setattr(SessionMonitor, "open", lambda _: None)
+    monkeypatch.setattr(SessionMonitor, "close", closed)
+    monkeypatch.setattr(Planner, "warm", lambda _: asyncio.sleep(0))
+    settings = DaemonSettings(
+        logs=tmp_path / "logs", state=tmp_path, socket=tmp_path / "s.sock", web=Web(on=False), metrics=tmp_path / "m"
+    )
+
+    async def serve() -> None:
+        daemon = Daemon(parts_of(compose.load(None), virtual=True), settings)
+        serving = asyncio.ensure_future(daemon.serve())
+        while not under_way.is_set():
+            await asyncio.sleep(0.001)
+        daemon.end()
+        await serving
+        ended.set()
+
+    asyncio.run(serve())
+    assert caplog.messages[-1] == "ended; the rig is safe"
+    assert {message for message in caplog.messages if "at once" in message} == {"1 at once"}
