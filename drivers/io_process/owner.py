@@ -113,6 +113,8 @@ class IoProcess:
             ended = self._process.poll() is not None
             report = self._mailbox.report()
             if report.state is LinkState.UP:
+                if report.errors:  # since then already: the text is that of an error
+                    return {}
                 return dict(line.split("=", 1) for line in report.text.splitlines() if "=" in line)
             if report.state is LinkState.REFUSED or ended:
                 why = report.text or self._last_words()

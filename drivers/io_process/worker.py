@@ -82,17 +82,16 @@ class Worker:
         self._alarm = 0
         self._confirmed: tuple[float, ...] | None = None
         self._orphan_since_ns = 0
-        self._facts = ""
 
     def connect(self) -> bool:
         """First connection; a refusal is reported and final."""
         try:
-            self._facts = "\n".join(f"{key}={value}" for key, value in self._link.connect().items())
+            facts = "\n".join(f"{key}={value}" for key, value in self._link.connect().items())
         except DeviceError as error:
             self._link.close()
             self._say(state=LinkState.REFUSED, text=str(error))
             return False
-        self._say(state=LinkState.UP, text=self._facts)
+        self._say(state=LinkState.UP, text=facts)
         return True
 
     def turn(self) -> bool:
@@ -177,7 +176,7 @@ class Worker:
             self._say(errors=self._report.errors + 1, text=str(error))
             return False
         self._failed_in_a_row = 0
-        self._say(state=LinkState.UP, reconnects=self._report.reconnects + 1, text=self._facts)
+        self._say(state=LinkState.UP, reconnects=self._report.reconnects + 1)  # what was wrong is still to be told
         return True
 
     def orphan(self) -> None:

@@ -327,3 +327,19 @@ def test_a_refused_first_connection_is_final_and_says_why(link: ScriptedLink, bo
     link.fail = DeviceError("no such port")
     assert not Worker(link, box, WorkerSetup("scripted", {}, SAFE, SILENCE_NS)).connect()
     assert (box.report().state, box.report().text) == (LinkState.REFUSED, "no such port")
+
+
+def test_what_failed_is_told_also_when_the_line_is_back_before_its_owner_looks(
+    worker: Worker, link: ScriptedLink, box: IoMailbox, clock: Clock
+) -> None:
+    """The facts of the line stood there instead, on several lines."""
+    worker.connect()
+    link.fail = DeviceError("no answer within 102 ms")
+    for _ in range(WorkerSetup("scripted", {}, SAFE, SILENCE_NS).lost_after):
+        worker.turn()
+    assert box.report().state is LinkState.DOWN
+    link.fail = None
+    clock.ns += 1_000_000_000
+    worker.turn()
+    assert (box.report().state, box.report().reconnects) == (LinkState.UP, 1)
+    assert box.report().text == "no answer within 102 ms"
