@@ -15,7 +15,7 @@ import sys
 import tarfile
 import tempfile
 from collections import Counter, defaultdict
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from functools import cached_property
 from pathlib import Path
 from typing import Final
@@ -49,21 +49,26 @@ class Checkout:
         return next((known for known in (name, name.rpartition(".")[0]) if known in self.files), None)
 
     @cached_property
+    def nodes(self) -> dict[str, list[ast.AST]]:
+        """Module -> all that is in its tree, which takes longer to walk through than to look at."""
+        return {name: list(ast.walk(tree)) for name, tree in self.trees.items()}
+
+    @cached_property
+    def named(self) -> dict[str, list[tuple[str, str]]]:
+        """Module -> (name in it, what that stands for), wherever in the file it is imported."""
+        return {name: list(_names(nodes)) for name, nodes in self.nodes.items()}
+
+    @cached_property
     def imported(self) -> dict[str, dict[str, str]]:
-        """Module -> name in it -> what that stands for, wherever in the file it is imported."""
-        return {name: dict(_names(tree)) for name, tree in self.trees.items()}
+        """Module -> name in it -> what that stands for."""
+        return {name: dict(found) for name, found in self.named.items()}
 
     @cached_property
     def imports(self) -> dict[str, set[str]]:
         """Module -> modules that it imports, anywhere in it."""
         return {
-            name: {
-                found
-                for node in tree.body
-                for _, full in _names(node)
-                if (found := self.module_of(full)) and found != name
-            }
-            for name, tree in self.trees.items()
+            name: {found for _, full in named if (found := self.module_of(full)) and found != name}
+            for name, named in self.named.items()
         }
 
     @cached_property
@@ -82,14 +87,12 @@ class Checkout:
     @cached_property
     def functions(self) -> dict[str, list[Function]]:
         """Module -> its functions and methods."""
-        return {
-            name: [node for node in ast.walk(tree) if isinstance(node, Function)] for name, tree in self.trees.items()
-        }
+        return {name: [node for node in nodes if isinstance(node, Function)] for name, nodes in self.nodes.items()}
 
 
-def _names(node: ast.AST) -> Iterator[tuple[str, str]]:
-    """(name here, what it stands for) of every import in `node`."""
-    for each in ast.walk(node):
+def _names(nodes: Iterable[ast.AST]) -> Iterator[tuple[str, str]]:
+    """(name here, what it stands for) of every import among them."""
+    for each in nodes:
         if isinstance(each, ast.ImportFrom) and each.module and not each.level:
             yield from ((alias.asname or alias.name, f"{each.module}.{alias.name}") for alias in each.names)
         elif isinstance(each, ast.Import):

@@ -1,5 +1,7 @@
 """`python docs/structure.py` counts the layout of the code as it is; no module imports itself by way of others."""
 
+from typing import Any
+
 import pytest
 from conftest import ROOT
 from support.script import module_at
@@ -8,8 +10,14 @@ STRUCTURE = module_at(ROOT / "docs" / "structure.py")
 
 
 @pytest.fixture(scope="module")
-def figures() -> dict[str, str]:
-    found: dict[str, str] = STRUCTURE.figures(STRUCTURE.Checkout(ROOT))
+def code() -> Any:
+    """This checkout, parsed once."""
+    return STRUCTURE.Checkout(ROOT)
+
+
+@pytest.fixture(scope="module")
+def figures(code: Any) -> dict[str, str]:
+    found: dict[str, str] = STRUCTURE.figures(code)
     return found
 
 
@@ -23,6 +31,6 @@ def test_the_way_of_a_diagnosis_is_found(figures: dict[str, str]) -> None:
     assert stays == files + returns
 
 
-def test_every_room_is_counted() -> None:
-    rooms = STRUCTURE.rooms(STRUCTURE.Checkout(ROOT))
+def test_every_room_is_counted(code: Any) -> None:
+    rooms = STRUCTURE.rooms(code)
     assert {"drivers", "hil", "rig", "rig/gap", "rig/realtime"} <= set(rooms)

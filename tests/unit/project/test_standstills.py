@@ -58,6 +58,17 @@ def test_holds_up_its_own_process():
     raise AssertionError("as always")
 """
 
+AT_ONCE = """
+import pytest
+
+@pytest.hookimpl(trylast=True)
+def pytest_collection_modifyitems(items):
+    for item in items:
+        for again in item.iter_markers("flaky"):
+            again.kwargs["reruns_delay"] = 0.1
+"""
+"""What counts is how often, not how long is waited between."""
+
 
 class Seen:
     """A witness that was told what it saw."""
@@ -133,11 +144,12 @@ def test_the_witness_sees_what_holds_itself_up_and_no_other() -> None:
 def test_standing_still_is_told_from_failing(tmp_path: Path) -> None:
     until = RERUNS + 1
     (tmp_path / "test_inside.py").write_text(INSIDE.replace("UNTIL", str(until)))
-    call = [sys.executable, "-m", "pytest", "-q", "-p", "conftest", "-p", "no:cacheprovider"]
+    (tmp_path / "at_once.py").write_text(AT_ONCE)
+    call = [sys.executable, "-m", "pytest", "-q", "-p", "conftest", "-p", "at_once", "-p", "no:cacheprovider"]
     done = subprocess.run(
         [*call, "--rootdir", str(tmp_path), str(tmp_path)],
         cwd=tmp_path,
-        env=os.environ | {"PYTHONPATH": str(TESTS)},
+        env=os.environ | {"PYTHONPATH": os.pathsep.join((str(TESTS), str(tmp_path)))},
         capture_output=True,
         text=True,
         timeout=240,
