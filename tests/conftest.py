@@ -16,6 +16,9 @@ from hypothesis import settings
 from support.standstill import NOT_JUDGED_AT_MOST, RERUNS, STANDSTILLS, Standstills, Witness
 from support.warm import Warm
 
+# as in the Makefile, for whoever calls pytest himself: each of some thousands of processes would compile the sources
+os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
+sys.dont_write_bytecode = False
 settings.register_profile("house", deadline=None, derandomize=True)  # the same examples on every machine, however slow
 settings.load_profile("house")
 
