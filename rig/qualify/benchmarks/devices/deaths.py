@@ -21,6 +21,7 @@ from rig.interfaces import Device
 from rig.qualify.benchmarks import figure
 from rig.qualify.benchmarks.devices.fieldbus_rig import (
     BAUDS,
+    REPLY_S,
     SAFE,
     VALVE_ROLES,
     context,
@@ -110,7 +111,7 @@ def drive_forever() -> None:
     else:
         baud = int(where[2])
         ports = ItvSettings(
-            SerialPort(where[0], baud), SerialPort(where[1], baud), patience_s=0.1, silence_periods=1000
+            SerialPort(where[0], baud), SerialPort(where[1], baud), patience_s=REPLY_S, silence_periods=1000
         )
         device = ItvSerial(ports, context(VALVE_ROLES))
     device.open()

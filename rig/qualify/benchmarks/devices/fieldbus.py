@@ -19,7 +19,17 @@ from rig.errors import DeviceError
 from rig.interfaces import Device, Role
 from rig.qualify.benchmarks import figure
 from rig.qualify.benchmarks.devices.deaths import bench_deaths
-from rig.qualify.benchmarks.devices.fieldbus_rig import BAUDS, VALVE_ROLES, context, itv, modbus, quantiles, spec, tick
+from rig.qualify.benchmarks.devices.fieldbus_rig import (
+    BAUDS,
+    REPLY_S,
+    VALVE_ROLES,
+    context,
+    itv,
+    modbus,
+    quantiles,
+    spec,
+    tick,
+)
 
 TICKS: Final = 2000
 RATE_S: Final = 1.0
@@ -57,7 +67,7 @@ def _bare(settings: ModbusSettings) -> dict[ExchangeMode, Callable[[], None]]:
     """The same exchanges by the package alone; AUTO closes the client."""
     from pymodbus.client import ModbusTcpClient
 
-    client = ModbusTcpClient(settings.host, port=settings.port, timeout=0.1, retries=0)
+    client = ModbusTcpClient(settings.host, port=settings.port, timeout=REPLY_S, retries=0)
     client.connect()  # type: ignore[no-untyped-call]
 
     def separate() -> None:
@@ -211,7 +221,7 @@ def _bare_serial(running: Emulation, baud: int) -> float:
     """Set-point and monitor reading in turns."""
     import serial
 
-    with serial.Serial(running.places["valve_1"], baud, timeout=1.0, exclusive=True) as port:
+    with serial.Serial(running.places["valve_1"], baud, timeout=REPLY_S, exclusive=True) as port:
         number = 0
 
         def exchange() -> None:
@@ -229,7 +239,7 @@ def _bare_rtu(running: Emulation, baud: int) -> float:
     """Function 23 by the synchronous client."""
     from pymodbus.client import ModbusSerialClient
 
-    client = ModbusSerialClient(running.places["io"], baudrate=baud, stopbits=2, timeout=0.5, retries=0)
+    client = ModbusSerialClient(running.places["io"], baudrate=baud, stopbits=2, timeout=REPLY_S, retries=0)
     client.connect()
     rounds = _count(
         lambda: client.readwrite_registers(
