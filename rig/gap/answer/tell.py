@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from functools import cache
 
 import numpy as np
 
@@ -10,14 +9,13 @@ from rig.gap.answer.chain import chain
 from rig.gap.answer.facts import RAW_DATA, Gap, Verdict, Where
 from rig.gap.answer.findings import Findings, Kept, evidence_of
 from rig.gap.answer.floor import floor_of, floor_source
-from rig.gap.answer.how_far.augment import beside_pressures, remaining_gap
 from rig.gap.answer.how_far.further import Shrunk, further
 from rig.gap.answer.how_far.held_out import HowFar
 from rig.gap.answer.how_far.size_intervals import intervals, reference_of
+from rig.gap.answer.kept import dropped_effects, effects_not_kept, kept_effects, share_closed
 from rig.gap.answer.observations import told_apart
 from rig.gap.answer.result import Cause, Diagnosis, Ranked
 from rig.gap.answer.where import frequency_shares, over_time, phase_shares, region_shares
-from rig.gap.evidence.posterior import Posterior
 from rig.gap.hypotheses.fit import Fit
 from rig.gap.hypotheses.inverse_problems import PRESSURES
 from rig.gap.hypotheses.library import LIBRARY, NONE, UNKNOWN
@@ -28,12 +26,9 @@ from rig.gap.reference.build import commanded_gaps, from_own_zeros, rms_of
 from rig.gap.response.propagate import Applied, full_numbers
 from rig.gap.settings import (
     ABOVE_FLOOR,
-    BEHIND_CLOSES,
     EITHER_CHANCE,
     EVEN_CHANCE,
-    LEAST_CLOSED,
     LEAST_EXPLAINED,
-    SPOILT,
     Fitted,
 )
 from rig.model.effect_stages import EFFECT_STAGES
@@ -47,7 +42,7 @@ def tell(findings: Findings, after: Callable[[Sequence[tuple[str, Fit]]], HowFar
     smoothed, known = rms_of(gaps, pairs), floor_of(findings.expected, findings.settings)
     floor = known.deg
     before = smoothed
-    kept = _helping(findings, before)
+    kept = kept_effects(findings, before)
     far = after([(one.posterior.problem.name, one.fit) for one in kept])
     if far.after_deg > before and all(one.posterior.problem.name != PRESSURES for one in kept):
         kept, far = [], after([])  # of records that the fit has not seen they explain nothing
@@ -136,7 +131,7 @@ def _notes(findings: Findings, kept: Sequence[Kept], said: Sequence[str]) -> lis
         f"{fit.effect.name} explains {100.0 * share_closed(posterior, fit):.0f} % of what the "
         f"{'pressures show' if posterior.problem.name == PRESSURES else 'angle shows'}, but with it the simulator "
         "follows these records no better: it may act, and the simulator miss more than that by itself"
-        for posterior, fit in _dropped(findings, kept)
+        for posterior, fit in dropped_effects(findings, kept)
     )
     return list(dict.fromkeys([*findings.expected.pairing.notes, *said, *nameless, *dropped]))
 
@@ -157,74 +152,6 @@ def _gap_of_samples(raw: Sequence[Cause]) -> tuple[float, float]:
 def _strange(findings: Findings) -> list[Signature]:
     """What the raw samples show in the angle that the library has no name for."""
     return [one for one in findings.signatures if one.found and one.effect is None and one.variance_deg2 > 0.0]
-
-
-def _helping(findings: Findings, before: float) -> list[Kept]:
-    """The named effects that close something, without any that makes the simulator, with the others in it, follow these
-    records worse."""
-    named = [(posterior, fit) for posterior, fit in findings.named if share_closed(posterior, fit) > LEAST_CLOSED]
-    left = cache(lambda *some: _left(findings, [named[k][1] for k in some], before))
-    beside = cache(lambda *some: _left_beside_pressures(findings, [named[k] for k in some]))
-    kept = tuple(range(len(named)))
-    while (spoiler := _spoiler(kept, _open_to_doubt(findings, kept, named, beside), left)) is not None:
-        kept = _but(kept, spoiler)
-    return [Kept(*named[k], left(k)) for k in kept]
-
-
-def _open_to_doubt(
-    findings: Findings,
-    kept: tuple[int, ...],
-    named: Sequence[tuple[Posterior, Fit]],
-    beside: Callable[..., float],
-) -> list[int]:
-    """Which of the kept effects the simulator may be better off without: those found on the angle, but for any that
-    closes the larger part of the gap beside the measured pressures, where an effect ahead of them is named as well. A
-    law of the valves that is rough speaks against none of those."""
-    behind = [k for k in kept if named[k][0].problem.name != PRESSURES]
-    if not findings.expected.driven or len(behind) == len(kept):
-        return behind
-    return [k for k in behind if beside(*kept) ** 2 > (1.0 - BEHIND_CLOSES) * beside(*_but(kept, k)) ** 2]
-
-
-def _dropped(findings: Findings, kept: Sequence[Kept]) -> list[tuple[Posterior, Fit]]:
-    """The effects that are the likeliest of their factor and close something of it, and are not named because the
-    simulator is no better with them."""
-    return [one for one in _not_kept(findings, kept) if share_closed(*one) > LEAST_CLOSED]
-
-
-def _not_kept(findings: Findings, kept: Sequence[Kept]) -> list[tuple[Posterior, Fit]]:
-    """The effects that are the likeliest of their factor and are not named."""
-    return [(posterior, fit) for posterior, fit in findings.named if not any(fit is one.fit for one in kept)]
-
-
-def _spoiler(kept: tuple[int, ...], doubtful: Sequence[int], left: Callable[..., float]) -> int | None:
-    """Which of the doubtful effects the simulator is better off without, most of all; None where it needs each beside
-    the others: friction hides what a larger gain of a valve does, and the other way round."""
-    together = left(*kept)
-    without = {k: left(*_but(kept, k)) for k in doubtful}
-    spoilt = {k: rms_deg for k, rms_deg in without.items() if together > SPOILT * rms_deg}
-    return min(spoilt, key=lambda k: spoilt[k]) if spoilt else None
-
-
-def _but(kept: tuple[int, ...], one: int) -> tuple[int, ...]:
-    return tuple(k for k in kept if k != one)
-
-
-def _left(findings: Findings, fits: Sequence[Fit], before: float) -> float:
-    """Rms of the simulator's error, deg, with these effects in it."""
-    if not fits:
-        return before
-    return rms_of(
-        remaining_gap(findings.simulator, [fit.applied for fit in fits], findings.expected), findings.expected.pairs
-    )
-
-
-def _left_beside_pressures(findings: Findings, some: Sequence[tuple[Posterior, Fit]]) -> float:
-    """Rms of the simulator's error, deg, under the pressures that were measured."""
-    ahead = [fit.applied for posterior, fit in some if posterior.problem.name == PRESSURES]
-    behind = [fit.applied for posterior, fit in some if posterior.problem.name != PRESSURES]
-    left = beside_pressures(findings.simulator, ahead, behind, findings.expected)
-    return rms_of(left, findings.expected.pairs)
 
 
 def _causes(findings: Findings, kept: Sequence[Kept], before: float, far: HowFar, added: bool) -> list[Cause]:
@@ -273,8 +200,8 @@ def _doubted(pairing: Pairing, cause: Cause) -> Cause:
 def _unknowns(findings: Findings, kept: Sequence[Kept], before: float) -> list[Cause]:
     """Something unknown for each factor where that is the likeliest, or stands beside the effect."""
     found = []
-    left_out = [id(posterior) for posterior, _ in _not_kept(findings, kept)]
-    dropped = [id(posterior) for posterior, _ in _dropped(findings, kept)]
+    left_out = [id(posterior) for posterior, _ in effects_not_kept(findings, kept)]
+    dropped = [id(posterior) for posterior, _ in dropped_effects(findings, kept)]
     for posterior in findings.posteriors:
         useless = id(posterior) in left_out
         if posterior.found and (posterior.fit is None or posterior.beside > EVEN_CHANCE or useless):
@@ -289,14 +216,6 @@ def _unknowns(findings: Findings, kept: Sequence[Kept], before: float) -> list[C
                 Cause(UNKNOWN, stage, posterior.problem.name, None, {}, before, before, 0.0, tuple(near), chance)
             )
     return found
-
-
-def share_closed(posterior: Posterior, fit: Fit) -> float:
-    """Share of its own factor's gap that an effect closes, in mean squares above what is expected anyhow."""
-    effective = posterior.plain.factor.healthy.effective
-    before = posterior.plain.factor.healthy.chi_square(posterior.left(NONE))
-    after = fit.forward.factor.healthy.chi_square(posterior.left(fit.effect.name))
-    return float(np.clip((before - after) / max(before - min(effective, 0.5 * before), 1e-9), 0.0, 1.0))
 
 
 def _explained(kept: Sequence[Kept], before: float, after: float, floor: float) -> float:
@@ -347,7 +266,7 @@ def how_sure(findings: Findings, kept: Sequence[Kept], raw: Sequence[Cause], *, 
     likeliest effect was dropped it is that there is something at all. One of two for each that was, and for each of the
     `doubted`: what is said of something unknown because of the degrees that are left, or of the raw samples, and has no
     probability."""
-    pairing, dropped = findings.expected.pairing, _dropped(findings, kept)
+    pairing, dropped = findings.expected.pairing, dropped_effects(findings, kept)
     nameless = [id(posterior) for posterior, _ in dropped]
     chances = [
         1.0 - one.probability[NONE]
