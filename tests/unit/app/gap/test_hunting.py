@@ -33,7 +33,8 @@ def found(begun_hunt: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
 def test_one_sine_leaves_a_tie_and_the_next_sweep_parts_it(found: Path) -> None:
     told = json.loads((found / FILE).read_text())
     first, second = told["steps"]
-    assert {name for name, _ in first["set"]} == {"delay", "valve_lag"}
+    assert [name for name, _ in first["set"]][:2] == ["valve_lag", "delay"]
+    assert first["set"][1][1] > 0.3, "a tie"
     assert [name for name, _ in second["set"]] == ["valve_lag"]
     assert second["set"][0][1] >= 0.95
     assert told["ended"] == NAMED
@@ -79,7 +80,7 @@ def test_the_time_ends_it(left_hunt: Path) -> None:
     ended = hunt(options(without_a_finding(left_hunt), minutes=0.25))
     assert ended.hunt.ended == TIME
     assert len(ended.hunt.steps) == 1
-    assert len(ended.hunt.steps[0].set) == 2
+    assert len(ended.hunt.steps[0].set) >= 2
 
 
 def test_a_first_session_longer_than_the_hunt_may_take_is_refused_before_anything_moves(tmp_path: Path) -> None:

@@ -278,7 +278,7 @@ def test_of_several_hypotheses_the_promised_confidence_is_what_a_draw_of_records
 
 
 def test_a_long_record_that_tells_enough_is_not_passed_over_for_a_short_one_that_does_not(rig: RehearsedRig) -> None:
-    found = next_experiment([late("delay", 0.002, 0.97), late("valve_lag", 0.002, 0.03)], rig, ROOM, fitted())
+    found = next_experiment([late("delay", 0.003, 0.97), late("valve_lag", 0.003, 0.03)], rig, ROOM, fitted())
     assert found is not None
     assert found.nats >= 0.05
 
