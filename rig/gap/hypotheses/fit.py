@@ -6,24 +6,19 @@ how residuals are judged is the factor's (`rig.gap.reference.expectation`).
 """
 
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
 
+from rig.gap.hypotheses.changes import Change
 from rig.gap.hypotheses.law_errors import with_law
 from rig.gap.hypotheses.library import Effect, Law
 from rig.gap.likelihood.gaussian import Gaussian
 from rig.gap.reference.expectation import Factor
 from rig.gap.response.propagate import (
     Applied,
-    Course,
-    Ready,
-    RecordContext,
-    angle_with,
-    pressures_with,
     ready,
-    response_with,
 )
 from rig.gap.settings import (
     ENVELOPE_EVEN,
@@ -46,9 +41,6 @@ EXACT = 0.0
 others."""
 RUNS_AWAY = 1e6
 """A change beyond this, in deg or MPa, is none that a rig can show."""
-
-Change = Callable[[Sequence[Ready]], Column]
-"""(n,) what causes change in a factor's columns."""
 
 
 @dataclass(frozen=True)
@@ -163,36 +155,6 @@ class Fit:
         return {
             name: value for name, value in self.applied.numbers.items() if name not in law.free and name not in law.tied
         }
-
-
-def pressure_change(contexts: Sequence[RecordContext], response: ResponseModel) -> Change:
-    """Both monitors, valve 1 of every record and then valve 2."""
-    course = Course(tuple(contexts))
-    reference = course.reference
-
-    def change(causes: Sequence[Ready]) -> Column:
-        p1, p2 = pressures_with(causes, course, response)
-        return np.concatenate([p1 - reference.p1_mpa, p2 - reference.p2_mpa])
-
-    return change
-
-
-def angle_change(
-    contexts: Sequence[RecordContext], base: Sequence[Column], response: ResponseModel, driven: bool
-) -> Change:
-    """The angle, under the measured pressures when `driven`, else under the commands."""
-    course, expected = Course(tuple(contexts)), np.concatenate(list(base))
-    pressures = course.measured if driven else None
-
-    def change(causes: Sequence[Ready]) -> Column:
-        if pressures is None:
-            moved, unmoved = response_with(causes, course, response)[2], course.reference.angle_deg
-        else:
-            moved, unmoved = angle_with(causes, *pressures, expected, course, response), expected
-        out: Column = moved - unmoved
-        return out
-
-    return change
 
 
 def fit_effect(

@@ -11,7 +11,8 @@ from functools import cached_property, partial
 
 import numpy as np
 
-from rig.gap.hypotheses.fit import ForwardModel, angle_change, pressure_change, settled
+from rig.gap.hypotheses.changes import angle_change, pressure_change
+from rig.gap.hypotheses.fit import ForwardModel, settled
 from rig.gap.hypotheses.law_errors import rough_lines, with_law
 from rig.gap.hypotheses.library import Law
 from rig.gap.hypotheses.retuned import unsure_regulators

@@ -12,7 +12,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from rig.gap.hypotheses.fit import Relinearised, UncertainParameters, pressure_change
+from rig.gap.hypotheses.changes import pressure_change
+from rig.gap.hypotheses.fit import Relinearised, UncertainParameters
 from rig.gap.reference.expectation import REGULATOR_PATTERNS, REGULATOR_STEP, Parts
 from rig.gap.response.nominal import Reference
 from rig.gap.response.propagate import Applied, Course, Ready, RecordContext, pressures_with, ready

@@ -145,7 +145,7 @@ def test_what_a_hunt_has_learnt_is_said_where_its_notes_cannot_be_written(
     def refused(_: Hunt) -> None:
         raise RigError("hunt.json: cannot be written: No space left on device")
 
-    monkeypatch.setattr(hunting, "think", lambda *_: thought)
+    monkeypatch.setattr(hunting, "diagnose_so_far", lambda *_: thought)
     monkeypatch.setattr(hunting, "write_page", full)
     monkeypatch.setattr(Hunt, "save", refused)
     heard: list[HuntStep] = []
@@ -153,7 +153,7 @@ def test_what_a_hunt_has_learnt_is_said_where_its_notes_cannot_be_written(
     with pytest.raises(RigError, match=r"hunt\.json: cannot be written"):
         hunting.hunt_and_tell(asked, lambda _: True, heard.append, told.append)
     assert [step.set for step in heard] == [(("delay", 0.97),)]
-    assert [one.thought for one in told] == [thought]
+    assert [one.finding for one in told] == [thought]
 
 
 def test_the_end_of_a_hunt_is_said_where_its_page_cannot_be_written(

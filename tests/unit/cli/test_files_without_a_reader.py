@@ -58,7 +58,8 @@ CALLS = {
 """What each command that writes files is called with here, each word in capitals standing for a file of `lab`."""
 LONG = {
     "gap calibrate", "gap check", "gap study absorbed", "gap check compare", "gap study further", "gap check merge",
-    "gap study odds", "gap check score", "gap study sensitivity", "gap study sizes", "gap hunt", "bench", "latency",
+    "gap study odds", "gap study temperature", "gap check score", "gap study sensitivity", "gap study sizes",
+    "gap hunt", "bench", "latency",
 }  # fmt: skip
 """Commands that take minutes or the machine for themselves, or what those leave behind."""
 DAEMON = {"status", "queue"}

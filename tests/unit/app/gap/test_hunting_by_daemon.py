@@ -92,7 +92,7 @@ def test_killed_while_the_daemon_records_the_same_call_takes_its_records(
     assert len(daemon.queue) == 1, "it was made once"
     step = found.hunt.steps[0]
     assert (options.folder / step.records / record.name).read_bytes() == record.read_bytes()
-    assert {name for name, _ in step.set} == {"delay", "valve_lag"}
+    assert {name for name, _ in step.set} >= {"delay", "valve_lag"}
 
 
 def test_killed_while_it_copies_the_record_is_taken_again_and_none_is_half(
@@ -163,7 +163,7 @@ def test_ctrl_c_while_it_thinks_says_what_was_learnt(
     monkeypatch.setattr("rig.app.gap.hunting.what_next", interrupted)
     with pytest.raises(KeyboardInterrupt):
         hunt_and_tell(options, lambda step: True, lambda step: None, told.append)
-    assert {name for name, _ in told[0].hunt.steps[0].set} == {"delay", "valve_lag"}
+    assert {name for name, _ in told[0].hunt.steps[0].set} >= {"delay", "valve_lag"}
     assert told[0].hunt.ended == "cut short: interrupted"
     assert "valve_lag" in (options.folder / "hunt.html").read_text()
     assert json.loads((options.folder / FILE).read_text())["steps"][0]["records"]

