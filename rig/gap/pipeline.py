@@ -117,7 +117,7 @@ def weigh(question: Question) -> tuple[list[Signature], Expected, tuple[Posterio
     lost = any(signature.found and signature.effect == "lost_samples" for signature in signatures)
     over = [_bridge(pair) if lost else _same for pair in pairing.pairs]
     middle = _same if code is ConverterCode.NEAREST else partial(centred, step_deg=step_deg, code=code)
-    if lost or middle is not _same:
+    if lost or code is not ConverterCode.NEAREST:
         pairing = _anew(question, pairing, [_both(middle, bridge) for bridge in over], over)
     expected = expect(question.kind, question.sister, question.model, pairing)
     shown = [signature for signature in signatures if signature.found]

@@ -13,11 +13,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from rig.gap.evidence.posterior import flattened
+from rig.gap.odds import LEAST_COUNTED
 from rig.gap.settings import CREDIBLE
 from rig.record import Column
 
-LEAST_COUNTED = 1e-4
-"""A probability that was stated for the true name counts as about this much at least: no single answer decides."""
 COLDEST, HOTTEST = 0.5, 20.0
 """Temperatures that are tried lie between these. Hotter: nothing is told apart."""
 

@@ -1,6 +1,6 @@
 """`pamrig gap study`: what builders of the diagnosis ask of it. Its own numbers on simulated plants (sizes, absorbed,
-sensitivity), and what is fitted to scored checks of development cases (odds, further,
-temperature)."""
+sensitivity), and what is fitted to scored checks of development cases (odds, temperature,
+further)."""
 
 from collections.abc import Callable
 from pathlib import Path

@@ -19,6 +19,9 @@ from rig.model.effect_stages import EFFECT_STAGES
 from rig.model.parameters import Model
 from rig.record import Column
 
+STATED = 1e-4
+"""A factor states the probabilities of its hypotheses down to this one; those of all effects stand in the ranking."""
+
 
 @dataclass(frozen=True)
 class Findings:
@@ -94,7 +97,7 @@ def _judged(posterior: Posterior) -> Judged:
         floor=factor.floor,
         unit="MPa" if posterior.problem.name == PRESSURES else "deg",
         found=posterior.found,
-        probability={name: chance for name, chance in posterior.probability.items() if chance > 1e-4},
+        probability={name: chance for name, chance in posterior.probability.items() if chance > STATED},
         names=posterior.names,
         unknown_beside=posterior.beside,
         stage_probability=_by_stage(posterior),

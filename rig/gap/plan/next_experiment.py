@@ -155,7 +155,7 @@ class _Open:
     """(m,) which hypothesis each number belongs to."""
     mass: float
     """Probability that it is one of them at all."""
-    temperature: float = 1.0
+    temperature: float
     """Of names: as much less of what the records say will count."""
 
     def distances(self, chosen: Sequence[int]) -> Column:

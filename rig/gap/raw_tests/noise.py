@@ -41,8 +41,8 @@ def noise(
     level_of: Measure = level_deg,
 ) -> Signature:
     """The test for sensor noise. `held`: lost samples read like the ones before them; `lines`: those that were found in
-    the cases' `spectra`; `described_deg` is what a
-    fingerprint knows of the noise, for want of earlier days: of rows that are evenly apart, as its own were."""
+    the cases' `spectra`; `described_deg` is what a fingerprint knows of the noise, for want of earlier days: of rows
+    that are evenly apart, as its own were."""
     uneven = any(_elsewhere(case, day) for session in sessions for case, day in zip(cases, session, strict=True))
     even = all(is_regular(case, case.period_s) for case in cases)
     described = [described_deg] if described_deg is not None and even and not sessions else []

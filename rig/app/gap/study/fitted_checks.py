@@ -13,13 +13,11 @@ from rig.blind_check.generate import open_labels
 from rig.blind_check.modes import MODES
 from rig.blind_check.row import Row, Scored, facts_of, read_scored
 from rig.errors import RecordError
+from rig.gap.answer.findings import STATED
 from rig.gap.hypotheses.inverse_problems import ANGLE, PRESSURES
 from rig.gap.hypotheses.library import LIBRARY, NONE, UNKNOWN
 from rig.gap.settings import Origin
 from rig.model.slots import AHEAD
-
-STATED = 1e-4
-"""A factor states the probabilities of its hypotheses down to this one; those of all effects stand in the ranking."""
 
 
 def checks_of(folders: Sequence[Path]) -> list[CheckFolder]:
