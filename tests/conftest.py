@@ -5,6 +5,7 @@ import fcntl
 import functools
 import os
 import random
+import subprocess
 import sys
 from collections import defaultdict
 from collections.abc import Iterator
@@ -63,6 +64,7 @@ def warm() -> Iterator[Warm]:
 
 _FAILED = pytest.StashKey[bool]()
 _STANDSTILLS = pytest.StashKey[Standstills]()
+_NOT_JUDGED = pytest.StashKey[list[str]]()
 STOOD_STILL = "the machine stood still, s"
 NOT_JUDGED = "not judged: the machine stood still in every attempt that could be excused, last for {:.2f} s"
 
@@ -96,10 +98,28 @@ def pytest_terminal_summary(terminalreporter: Any) -> None:
 
 
 def pytest_sessionfinish(session: pytest.Session) -> None:
-    """A run in which too much could not be judged has not passed."""
+    """Kept, for what comes when all workers have ended."""
     reporter = session.config.pluginmanager.get_plugin("terminalreporter")
-    if reporter is not None and len(not_judged(reporter)) > NOT_JUDGED_AT_MOST:
-        session.exitstatus = pytest.ExitCode.TESTS_FAILED
+    if reporter is not None:
+        session.config.stash[_NOT_JUDGED] = not_judged(reporter)
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_cmdline_main(config: pytest.Config) -> Iterator[None]:
+    """What could not be judged has its verdict at the end of the run, by the same rules: one test after the other and
+    nothing of ours beside it. Only what cannot be judged there either is left at that, as the last word of the run,
+    and where that is too much the run has not passed (decision 0743)."""
+    status: Any = yield
+    names = config.stash.get(_NOT_JUDGED, [])
+    if not names or status not in (pytest.ExitCode.OK, pytest.ExitCode.TESTS_FAILED):
+        return status  # type: ignore[no-any-return]
+    if config.getoption("--alone"):
+        print(f"\n{len(names)} not judged, not even alone: the machine stood still there too:", *names, sep="\n")
+        return status or int(len(names) > NOT_JUDGED_AT_MOST)  # type: ignore[no-any-return]
+    print(f"\n{len(names)} not judged yet, once more with nothing else on:", flush=True)
+    call = [sys.executable, "-m", "pytest", "-q", "--alone", "--rootdir", str(config.rootpath), *names]
+    there = subprocess.run(call, cwd=config.rootpath, check=False).returncode
+    return status or there  # type: ignore[no-any-return]
 
 
 @pytest.fixture(autouse=True)
@@ -128,6 +148,8 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     group = parser.getgroup("rig", "tests in the lab: `pytest -m hardware --rig RIG.yaml`")
     group.addoption("--rig", help="rig's YAML for the hardware tests; without it they never run")
     group.addoption("--allow-motion", action="store_true", help="also run the hardware tests that move the rig")
+    again = parser.getgroup("again", "tests that could not be judged")
+    again.addoption("--alone", action="store_true", help="what is not judged here either is said so, and left at that")
     order = parser.getgroup("order", "tests in another order")
     order.addoption(
         "--shuffle", type=int, metavar="SEED", help="files, and the tests in each, in an order drawn from SEED"
