@@ -1,10 +1,11 @@
-"""What is asked of columns everywhere: their rms, how alike two are, what stands where values are missing, and the
-white noise in them."""
+"""What is asked of columns everywhere: their rms, how alike two are, which command is in force, what stands where
+values are missing, and the white noise in them."""
 
 import math
 from collections.abc import Iterable
 
 import numpy as np
+from numpy.typing import NDArray
 
 from rig.record import Column
 
@@ -38,6 +39,12 @@ def correlation(one: Column, other: Column) -> float:
     if both.sum() < 2 or not np.ptp(one[both]) or not np.ptp(other[both]):
         return 0.0
     return float(np.corrcoef(one[both], other[both])[0, 1])
+
+
+def rows_in_force(written_s: Column, at_s: Column, slack_s: float) -> NDArray[np.intp]:
+    """(k,) for each time the row (of n) whose command holds then: the last that was written by it, or comes at most
+    `slack_s` later; before the first row the first."""
+    return np.maximum(np.searchsorted(written_s, at_s + slack_s, side="right") - 1, 0)
 
 
 def filled_in(column: Column) -> Column:

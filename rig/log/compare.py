@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rig.channels import FACT, Channels, common
-from rig.columns import rms
+from rig.columns import rms, rows_in_force
 from rig.errors import RecordError
 from rig.own_units import own_plain
 from rig.record import MAIN_COLUMNS, MOST_ROWS, Column, Record
@@ -26,6 +26,8 @@ _SAME_COMMAND: Final = 1e-6
 _ON_THE_GRID: Final = 0.2
 """A row that comes this share of a period after its place on the grid is that place's: time stamps jitter and are
 rounded. More than half would take the next row."""
+_ROUNDING_S: Final = 1e-9
+"""By so much may times differ that are the same: what the difference of two clocks is rounded to."""
 AS_GOOD: Final = 0.25
 ALIKE: Final = 1e-3
 """A periodic command agrees at every period, and never quite the same: another rate, another rounding, another piece of
@@ -174,7 +176,7 @@ def beside(a: Record, b: Record) -> ComparedPair:
     shift_s = _shift(a, b)
     there = b.t_s - b.t_s[0] - shift_s
     here = a.t_s - a.t_s[0]
-    rows = np.flatnonzero((here >= there[0] - 1e-9) & (here <= there[-1] + 1e-9))
+    rows = np.flatnonzero((here >= there[0] - _ROUNDING_S) & (here <= there[-1] + _ROUNDING_S))
     if len(rows) < LEAST_OVERLAP * min(len(a), len(b)) or len(rows) < 2:
         raise RecordError(f"{a.name}: A and B have only {len(rows)} rows of A in common")
     ours = a.rows(rows)
@@ -196,7 +198,7 @@ def _by_name(records: Sequence[Record]) -> dict[str, Record]:
 
 def _at(record: Record, there_s: Column, here_s: Column, t_s: Column) -> Record:
     """The record's columns at other times: commands held, what was measured interpolated."""
-    held = np.clip(np.searchsorted(there_s, here_s + 1e-9, side="right") - 1, 0, len(there_s) - 1)
+    held = rows_in_force(there_s, here_s, _ROUNDING_S)
     columns: dict[str, Any] = {}
     for name in COMPARED:
         if (column := getattr(record, name)) is not None:
@@ -270,8 +272,7 @@ def _on_rows(record: Record, dt_s: float) -> Column:
             f"{1e3 * dt_s:g} ms; allowed: {MOST_ROWS}; is a time stamp wrong, or in another unit?"
         )
     grid = np.arange(round(time[-1] / dt_s) + 1) * dt_s
-    held = np.clip(np.searchsorted(time, grid + _ON_THE_GRID * dt_s, side="right") - 1, 0, len(time) - 1)
-    return np.asarray(record.dp_cmd_mpa[held])
+    return np.asarray(record.dp_cmd_mpa[rows_in_force(time, grid, _ON_THE_GRID * dt_s)])
 
 
 def _place(record: Record) -> str:

@@ -9,6 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from rig.columns import rows_in_force
 from rig.conditions import taken_rest
 from rig.errors import RecordError
 from rig.excite.setpoints import around
@@ -62,8 +63,7 @@ def on_grid(record: Record, dt_s: float, further: Collection[str] = ()) -> Recor
 def _commanded_at(time: Column, own_s: Column, column: Column, dt_s: float, averaged: bool) -> Column:
     """A command that holds between its rows: as it stands at each time, or its mean over the dt_s that follow."""
     if not averaged or not np.isfinite(column).all():
-        last = np.searchsorted(own_s, time + 0.5 * _JITTER * dt_s, side="right") - 1
-        return column[np.clip(last, 0, len(column) - 1)]
+        return column[rows_in_force(own_s, time, 0.5 * _JITTER * dt_s)]
     beyond = max(float(time[-1]) + dt_s, float(own_s[-1])) + dt_s
     until = np.append(own_s, beyond)
     summed = np.concatenate([[0.0], np.cumsum(column * np.diff(until))])
