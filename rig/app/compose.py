@@ -171,7 +171,7 @@ def _prepare(setup: LoopSetup) -> tuple[Loop, dict[str, Any]]:
         programs = [closed_loop.attach(program_path(setup.session, run), setup.session) for run in setup.script]
         commands = Script(programs, mailbox)
     waiting = clock if setup.virtual else punctual(clock, device, rig)
-    loop = Loop(device, waiting, RingWriter(ring, os.getpid()), commands, loop_settings(rig))
+    loop = Loop(device, waiting, RingWriter(ring), commands, loop_settings(rig))
     rehearse_for(loop, waiting)
     if not setup.virtual:
         wire_locks.hold(wires_of(rig), os.getppid())  # until this process is gone

@@ -31,7 +31,7 @@ class SupervisedCommand:
     def __init__(self, rig: RigConfig) -> None:
         session = secrets.randbits(63)
         self._ring = Ring.create(f"{session:016x}-ticker", session, capacity=1)
-        self._writer = RingWriter(self._ring, os.getpid())
+        self._writer = RingWriter(self._ring)
         self._watchers = Watchers(session, self._ring, rig, {})
         self.beat = self._writer.beat
         self.trouble = self._watchers.trouble

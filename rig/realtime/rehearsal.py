@@ -60,7 +60,7 @@ class Rehearsal:
         self.failed = False
         program = _at_rest(settings, closed_loop)
         self._clock, self._period_ns = clock, settings.period_ns
-        self.loop = Loop(device, clock, RingWriter(Ring.private(), 0), Script([program], Mailbox.private()), settings)
+        self.loop = Loop(device, clock, RingWriter(Ring.private()), Script([program], Mailbox.private()), settings)
         device.open()
         for tick in range(_SWEEP_TICK + 1):
             self._carry_out(tick)

@@ -22,8 +22,8 @@ _PACE_POLL_S: Final = 0.0002
 _READS: Final = 3
 """Looks at what another process writes meanwhile; one is enough unless the write is met in its middle."""
 _SLOT: Final = 8 + (SAMPLE_BYTES + 7) // 8 * 8  # sequence number, then the packed sample
-_WORDS: Final = 9
-_HEAD, _HEARTBEAT, _RECORDER, _CAPACITY, _PRODUCER, _TELLINGS, _SAFE, _SAFE_SEEN, _SAFE_COMING = range(
+_WORDS: Final = 8
+_HEAD, _HEARTBEAT, _RECORDER, _CAPACITY, _TELLINGS, _SAFE, _SAFE_SEEN, _SAFE_COMING = range(
     HEADER_WORDS, HEADER_WORDS + _WORDS
 )
 _TEXT: Final = (HEADER_WORDS + _WORDS) * 8
@@ -98,11 +98,6 @@ class Ring:
         return self._words[_SAFE_COMING] != 0
 
     @property
-    def producer_pid(self) -> int:
-        """Pid of the loop's process; 0 before it has started."""
-        return self._words[_PRODUCER]
-
-    @property
     def recorded(self) -> int:
         """Cursor of the recorder, by which a virtual clock is paced."""
         return self._words[_RECORDER]
@@ -159,12 +154,11 @@ class Ring:
 class RingWriter:
     """The loop's end. Nothing here allocates more than one packed sample, locks, or waits."""
 
-    def __init__(self, ring: Ring, pid: int) -> None:
+    def __init__(self, ring: Ring) -> None:
         self._words = ring.block.words
         self._bytes = ring.block.bytes
         self._capacity = ring.capacity
         self._head = ring.head
-        self._words[_PRODUCER] = pid
 
     def beat(self, ahead_ns: int = 0) -> None:
         """Say that a tick has begun, or that something is under way which will be over in `ahead_ns`."""

@@ -19,7 +19,7 @@ def sample(tick: int) -> Sample:
 def test_nothing_is_lost_in_silence(capacity: int, steps: list[tuple[int, int]]) -> None:
     ring = Ring.create(f"test-{secrets.token_hex(8)}", 1, capacity)
     try:
-        writer, readers = RingWriter(ring, 1), [RingReader(ring), RingReader(ring)]
+        writer, readers = RingWriter(ring), [RingReader(ring), RingReader(ring)]
         got: list[list[int]] = [[], []]
         written = 0
         for count, who in steps:

@@ -73,6 +73,10 @@ class Running:
         """Return as soon as the loop is in `phase`."""
         until(lambda: (last := self.ring.latest()) is not None and last.phase == phase)
 
+    def loop(self) -> psutil.Process:
+        """The process that ticks, by its name."""
+        return next(child for child in psutil.Process(self.process.pid).children() if child.name() == "pamrig-loop")
+
     def recorder(self) -> psutil.Process:
         """The process that has the unfinished file open."""
 

@@ -95,7 +95,7 @@ def _read_to_write_us(samples: list[Sample]) -> dict[str, float]:
 def _handoff_us(sample: Sample) -> list[float]:
     """Time of single hand-offs of `sample` to a ring of its own."""
     ring = Ring.create(f"bench-{os.getpid()}", 1)
-    writer = RingWriter(ring, os.getpid())
+    writer = RingWriter(ring)
     times = []
     for _ in range(20_000):
         start = time.perf_counter_ns()

@@ -2,7 +2,6 @@
 makes of them, and how fast the loop is when nobody records."""
 
 import io
-import os
 import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -66,7 +65,7 @@ def alone(rig: RigConfig, programs: list[Program]) -> float:
     device = compose.make_device(rig, clock)
     device.open()
     script = Script(programs, Mailbox.private())
-    loop = Loop(device, clock, RingWriter(Ring.private(), os.getpid()), script, compose.loop_settings(rig))
+    loop = Loop(device, clock, RingWriter(Ring.private()), script, compose.loop_settings(rig))
     began = time.perf_counter()
     loop.run()
     return clock.now_ns() / 1e9 / (time.perf_counter() - began)

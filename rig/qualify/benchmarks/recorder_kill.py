@@ -5,7 +5,6 @@ The recorder is the real one, in a process of its own; samples come at the rig's
 """
 
 import multiprocessing
-import os
 import random
 import time
 from dataclasses import dataclass
@@ -53,7 +52,7 @@ class _Recording:
         self.put = 0
         session = random.getrandbits(63)
         self.ring = Ring.create(f"{session:016x}-kill", session)
-        self._writer = RingWriter(self.ring, os.getpid())
+        self._writer = RingWriter(self.ring)
         context = multiprocessing.get_context("spawn")
         theirs, self._orders = context.Pipe(duplex=False)
         self._results, results = context.Pipe(duplex=False)

@@ -177,7 +177,7 @@ def test_a_device_that_holds_is_fed_after_another_of_the_rig_was_lost() -> None:
     rig = MixedRig([valves, rest], clock, rigs.PERIOD_NS)
     rig.open()
     settings = LoopSettings(rigs.PERIOD_NS, *rigs.SAFE)
-    loop = Loop(rig, clock, RingWriter(Ring.private(), os.getpid()), Mailbox.private(), settings)
+    loop = Loop(rig, clock, RingWriter(Ring.private()), Mailbox.private(), settings)
     ticks = iter(range(100_000))
 
     def tick() -> None:

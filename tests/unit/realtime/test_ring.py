@@ -29,7 +29,7 @@ def ticks(reader: RingReader) -> list[int]:
 
 
 def test_every_reader_gets_every_sample_in_order(ring: Ring) -> None:
-    writer, one, other = RingWriter(ring, 1), RingReader(ring), RingReader(ring)
+    writer, one, other = RingWriter(ring), RingReader(ring), RingReader(ring)
     for tick in range(10):
         writer.put(sample(tick))
     assert ticks(one) == list(range(10))
@@ -40,7 +40,7 @@ def test_every_reader_gets_every_sample_in_order(ring: Ring) -> None:
 
 
 def test_a_slow_reader_loses_the_oldest_and_knows_how_many(ring: Ring) -> None:
-    writer, reader = RingWriter(ring, 1), RingReader(ring)
+    writer, reader = RingWriter(ring), RingReader(ring)
     for tick in range(50):
         writer.put(sample(tick))
     assert ticks(reader) == list(range(34, 50))
@@ -48,7 +48,7 @@ def test_a_slow_reader_loses_the_oldest_and_knows_how_many(ring: Ring) -> None:
 
 
 def test_a_reader_that_is_overtaken_while_it_reads_counts_what_it_misses(ring: Ring) -> None:
-    writer, reader = RingWriter(ring, 1), RingReader(ring)
+    writer, reader = RingWriter(ring), RingReader(ring)
     for tick in range(16):
         writer.put(sample(tick))
     got = []
@@ -63,7 +63,7 @@ def test_a_reader_that_is_overtaken_while_it_reads_counts_what_it_misses(ring: R
 
 
 def test_a_slot_that_is_being_written_is_not_read(ring: Ring) -> None:
-    writer = RingWriter(ring, 1)
+    writer = RingWriter(ring)
     writer.put(sample(0))
     word = next(w for w in range(len(ring.block.words) - 1) if ring.block.words[w] == 1 and w >= 16)
     ring.block.words[word] = 0  # as `put` leaves it while the bytes are going in
@@ -72,7 +72,7 @@ def test_a_slot_that_is_being_written_is_not_read(ring: Ring) -> None:
 
 
 def test_a_late_reader_starts_now_or_where_it_says(ring: Ring) -> None:
-    writer = RingWriter(ring, 1)
+    writer = RingWriter(ring)
     for tick in range(5):
         writer.put(sample(tick))
     assert ticks(RingReader(ring)) == []
@@ -83,20 +83,19 @@ def test_a_late_reader_starts_now_or_where_it_says(ring: Ring) -> None:
 
 
 def test_the_head_of_an_empty_ring(ring: Ring) -> None:
-    assert (ring.head, ring.heartbeat_ns, ring.producer_pid, ring.latest()) == (0, 0, 0, None)
+    assert (ring.head, ring.heartbeat_ns, ring.latest()) == (0, 0, None)
 
 
-def test_heartbeat_and_producer(ring: Ring) -> None:
+def test_a_beat_is_the_moment_of_the_loops_tick(ring: Ring) -> None:
     before = time.monotonic_ns()
-    writer = RingWriter(ring, 4711)
+    writer = RingWriter(ring)
     writer.beat()
-    assert ring.producer_pid == 4711
     assert before <= ring.heartbeat_ns <= time.monotonic_ns()
 
 
 def test_another_process_s_view_is_the_same(ring: Ring) -> None:
     there = Ring.attach(ring.block.path, 5)
-    RingWriter(ring, 1).put(sample(3))
+    RingWriter(ring).put(sample(3))
     assert ticks(RingReader(there, 0)) == [3]
     assert there.capacity == 16
 
@@ -116,7 +115,7 @@ def test_what_is_no_ring_is_refused(ring: Ring) -> None:
 
 
 def test_the_pace_waits_for_a_recorder_that_moves(ring: Ring, monkeypatch: pytest.MonkeyPatch) -> None:
-    writer, naps = RingWriter(ring, 1), []
+    writer, naps = RingWriter(ring), []
     for tick in range(12):
         writer.put(sample(tick))
 
@@ -131,7 +130,7 @@ def test_the_pace_waits_for_a_recorder_that_moves(ring: Ring, monkeypatch: pytes
 
 
 def test_the_pace_gives_up_on_a_recorder_that_is_dead(ring: Ring) -> None:
-    writer = RingWriter(ring, 1)
+    writer = RingWriter(ring)
     for tick in range(12):
         writer.put(sample(tick))
     ring.pace(patience_s=0.0, poll_s=0.0)
@@ -139,7 +138,7 @@ def test_the_pace_gives_up_on_a_recorder_that_is_dead(ring: Ring) -> None:
 
 
 def test_the_device_s_words_reach_every_reader(ring: Ring) -> None:
-    writer, there = RingWriter(ring, 1), Ring.attach(ring.block.path, 5)
+    writer, there = RingWriter(ring), Ring.attach(ring.block.path, 5)
     assert there.told == ""
     writer.put(sample(0))
     writer.tell("valve_1: no reply within 30 ms")

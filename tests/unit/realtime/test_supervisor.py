@@ -42,7 +42,7 @@ class Rig:
         self.ring, self.block = Ring.create(f"{name}-ring", 1), SafeBlock.create(f"{name}-safe", 1)
         self.process = subprocess.Popen(SLEEPER)
         self.loop = WatchedProcess(self.process.pid)
-        self.writer = RingWriter(self.ring, self.process.pid)
+        self.writer = RingWriter(self.ring)
         self.alive_when_safe: list[bool] = []
         self.told: list[bool] = []
         """Whether somebody had called it safe at each write."""

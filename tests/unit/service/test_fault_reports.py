@@ -29,7 +29,7 @@ def ring() -> Iterator[Ring]:
 
 
 def fill(ring: Ring, first: int, count: int) -> None:
-    writer = RingWriter(ring, os.getpid())
+    writer = RingWriter(ring)
     for tick in range(first, first + count):
         writer.put(Sample(**dict.fromkeys(Sample._fields, 0) | {"tick": tick, "scheduled_ns": tick * 5_000_000}))
 

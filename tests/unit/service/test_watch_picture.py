@@ -27,7 +27,7 @@ def put(writer: RingWriter, tick: int, late_us: int = 0, **fields: int) -> None:
 
 
 def test_lateness_falls_into_its_class(ring: Ring) -> None:
-    telemetry, writer = Telemetry(ring), RingWriter(ring, 1)
+    telemetry, writer = Telemetry(ring), RingWriter(ring)
     for tick, late_us in enumerate((5, 10, 11, 600, 9000)):
         put(writer, tick, late_us)
     telemetry.update()
@@ -38,7 +38,7 @@ def test_lateness_falls_into_its_class(ring: Ring) -> None:
 
 
 def test_the_first_sample_of_a_fault_is_kept_until_it_is_cleared(ring: Ring) -> None:
-    telemetry, writer = Telemetry(ring), RingWriter(ring, 1)
+    telemetry, writer = Telemetry(ring), RingWriter(ring)
     for tick, fault in enumerate((0, 6, 6, 6)):
         put(writer, tick, fault=fault)
     telemetry.update()
@@ -50,7 +50,7 @@ def test_the_first_sample_of_a_fault_is_kept_until_it_is_cleared(ring: Ring) -> 
 
 
 def test_each_asker_gets_each_sample_once(ring: Ring) -> None:
-    telemetry, writer = Telemetry(ring), RingWriter(ring, 1)
+    telemetry, writer = Telemetry(ring), RingWriter(ring)
     for tick in range(3):
         put(writer, tick)
     telemetry.update()

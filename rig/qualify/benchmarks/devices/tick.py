@@ -93,7 +93,7 @@ def _work_us(rig: RigConfig, device: Device, clock: Clock) -> list[float]:
     ring = Ring.private(2 * TICKS)
     reader, script = RingReader(ring), Script([at_rest(rig, TICKS)], Mailbox.private())
     device.open()
-    loop = Loop(device, clock, RingWriter(ring, os.getpid()), script, compose.loop_settings(rig))
+    loop = Loop(device, clock, RingWriter(ring), script, compose.loop_settings(rig))
     compose.rehearse_for(loop, clock)
     loop.run()
     samples = [unpack(packed) for packed in reader]

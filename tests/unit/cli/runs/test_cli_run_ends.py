@@ -144,7 +144,7 @@ def test_a_killed_recorder_stops_the_rig_and_the_record_is_invalid(sweep: Path, 
 def test_a_killed_loop_is_told_and_its_record_is_invalid(sweep: Path, rig: Path, tmp_path: Path) -> None:
     run = Running(sweep, "--rig", rig, "--out", tmp_path / "out", "--json", "-")
     run.reach(Phase.SWEEP)
-    os.kill(run.ring.producer_pid, signal.SIGKILL)
+    run.loop().kill()
     status, result, error = run.end()
     assert status == 1
     (record,) = result["runs"]
@@ -157,7 +157,7 @@ def test_a_killed_loop_is_told_and_its_record_is_invalid(sweep: Path, rig: Path,
 def test_a_killed_command_leaves_a_safe_rig_and_a_finished_file(sweep: Path, rig: Path, tmp_path: Path) -> None:
     run = Running(sweep, "--rig", rig, "--out", tmp_path / "out")
     run.reach(Phase.SWEEP)
-    loop = psutil.Process(run.ring.producer_pid)
+    loop = run.loop()
     run.process.kill()
     run.process.communicate()
     psutil.wait_procs([loop], timeout=PATIENCE_S)

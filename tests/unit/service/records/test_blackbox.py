@@ -26,7 +26,7 @@ PERIOD_NS = 5_000_000
 
 
 def filled(ring: Ring, ticks: int, fault: Fault = Fault.NONE) -> Ring:
-    writer = RingWriter(ring, os.getpid())
+    writer = RingWriter(ring)
     for tick in range(ticks):
         values = dict.fromkeys(Sample._fields, 0) | {"tick": tick, "scheduled_ns": tick * PERIOD_NS}
         values["fault"] = int(fault) if tick == ticks - 1 else 0

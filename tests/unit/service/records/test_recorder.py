@@ -54,7 +54,7 @@ def recorded(
     ring: Ring, samples: list[Sample], *orders: RunOrder, troubles: list[RecorderTrouble] | None = None
 ) -> list[RunResult]:
     """What a recorder makes of `samples`, which are in the ring before it begins."""
-    writer = RingWriter(ring, 1)
+    writer = RingWriter(ring)
     for item in samples:
         writer.put(item)
     orders_in, orders_out = multiprocessing.Pipe(duplex=False)
@@ -293,7 +293,7 @@ def test_a_disk_that_gets_room_again_loses_nothing(ring: Ring, tmp_path: Path, m
 
 def test_orders_that_break_off_end_the_recorder(ring: Ring, tmp_path: Path) -> None:
     for item in [sample(t, 1) for t in range(5)]:
-        RingWriter(ring, 1).put(item)
+        RingWriter(ring).put(item)
     orders_in, orders_out = multiprocessing.Pipe(duplex=False)
     _results_in, results_out = multiprocessing.Pipe(duplex=False)
     orders_out.send(order(tmp_path))

@@ -59,7 +59,7 @@ class Bench:
         self.ring, self.mailbox = Ring.create(f"{name}-ring", 1), Mailbox.private()
         self.block = SafeBlock.create(f"{name}-safe", 1)
         self.loop, self.recorder = Process(), Process()
-        self.writer = RingWriter(self.ring, self.loop.pid)
+        self.writer = RingWriter(self.ring)
         self.writer.beat()
         self.supervisor_works = True
         self.trouble = ""
