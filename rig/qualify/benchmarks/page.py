@@ -24,7 +24,7 @@ from rig.qualify.benchmarks.safety import busy, lateness
 from rig.qualify.faults.bench import FaultBench, Spoilt
 from rig.qualify.faults.table import estop
 from rig.service.records.lateness import quantiles
-from rig.service.web.stream.glance import FRESH_S
+from rig.service.web.stream.shown_status import FRESH_S
 
 TRIALS: Final = 50
 VIEWERS: Final = 10

@@ -30,14 +30,14 @@ from rig.service.web.routes.library import LibraryRoutes
 from rig.service.web.routes.pages import Pages
 from rig.service.web.routes.studies import Studies
 from rig.service.web.stream.feed import Feed
-from rig.service.web.stream.glance import FRESH_S, glance, lost
 from rig.service.web.stream.link import DaemonLink
+from rig.service.web.stream.shown_status import FRESH_S, no_daemon, shown_status
 from rig.service.web.stream.viewers import Viewers
 from rig.service.web.units import units_of
 from rig.service.web.worker import PageWorker
 
 STATIC: Final = Path(__file__).parent / "static"
-_GLANCE_S: Final = 0.2
+_STATUS_EVERY_S: Final = 0.2
 
 
 class _Static(StaticFiles):
@@ -63,8 +63,8 @@ class Site:
         )
         self._link = DaemonLink(setup.socket, self._hear)
         self._viewers = Viewers(self._command_holder, self._first, self._link.watched)
-        self._glance = lost("not heard of the daemon yet")
-        self._glanced_s = 0.0
+        self._shown = no_daemon("not heard of the daemon yet")
+        self._told_s = 0.0
         self.app = VisitorGuard(self._routes(), self._visitors, self._guesses, setup.names, local=setup.local)
 
     def admits(self, peer: tuple[Any, ...], here: tuple[Any, ...]) -> str:
@@ -81,7 +81,7 @@ class Site:
 
     def _routes(self) -> Starlette:
         units = units_of(self._setup.rig.channels)
-        pages = Pages(self._visitors, self._guesses, self._look, lambda: self._glance, units)
+        pages = Pages(self._visitors, self._guesses, self._look, lambda: self._shown, units)
         actions = Actions(
             self._link,
             self._visitors,
@@ -96,7 +96,7 @@ class Site:
         diagnoses = Diagnoses(setup.state / "diagnoses")
         bringup = BringUp(setup.rig, setup.state / "bringup.json")
         models = Catalogue("model", setup.models)
-        studies = Studies(diagnoses, bringup, records, models, worker, lambda: self._glance)
+        studies = Studies(diagnoses, bringup, records, models, worker, lambda: self._shown)
         return Starlette(
             routes=[
                 Route("/", pages.front),
@@ -115,12 +115,12 @@ class Site:
     async def _look(self) -> None:
         """Ask the daemon now, but not for long: what was heard last stands then."""
         with contextlib.suppress(RigError, TimeoutError):
-            self._glance = self._with_command_holder(glance(await self._link.status()))
+            self._shown = self._with_command_holder(shown_status(await self._link.status()))
 
     def _hear(self, status: dict[str, Any] | None, why: str) -> None:
         if status is None:
-            self._glance = self._with_command_holder(lost(why))
-            self._viewers.tell({"kind": "status", **self._glance})
+            self._shown = self._with_command_holder(no_daemon(why))
+            self._viewers.tell({"kind": "status", **self._shown})
             return
         news = self._feed.add(samples) if (samples := status.get("samples")) else None
         if news is not None and news.begins:
@@ -128,25 +128,25 @@ class Site:
         if news is not None and news.fine:
             self._viewers.tell({"kind": "rows", "fine": news.fine, "coarse": news.coarse})
         now_s = time.monotonic()
-        changed = (status["state"], status["held"]) != (self._glance.get("state"), self._glance.get("held"))
-        if changed or now_s - self._glanced_s >= _GLANCE_S:
-            self._glanced_s = now_s
-            self._glance = self._with_command_holder(glance(status))
-            self._viewers.tell({"kind": "status", **self._glance})
+        changed = (status["state"], status["held"]) != (self._shown.get("state"), self._shown.get("held"))
+        if changed or now_s - self._told_s >= _STATUS_EVERY_S:
+            self._told_s = now_s
+            self._shown = self._with_command_holder(shown_status(status))
+            self._viewers.tell({"kind": "status", **self._shown})
 
     def _with_command_holder(self, shown: dict[str, Any]) -> dict[str, Any]:
         holder = self._command_holder.holder
         return {**shown, "commander": holder.name if holder is not None else None, "viewers": len(self._viewers)}
 
     def _tell_command_holder(self) -> None:
-        self._glance = self._with_command_holder(self._glance)
-        self._viewers.tell({"kind": "status", **self._glance})
+        self._shown = self._with_command_holder(self._shown)
+        self._viewers.tell({"kind": "status", **self._shown})
 
     def _first(self) -> list[dict[str, Any]]:
         """What a new viewer has to know."""
         history = {"fine": list(self._feed.fine), "coarse": list(self._feed.coarse)}
         told = {"kind": "hello", "fresh_s": FRESH_S, "simulator": bool(self._feed.simulates), **history}
-        return [told, {"kind": "status", **self._with_command_holder(self._glance)}]
+        return [told, {"kind": "status", **self._with_command_holder(self._shown)}]
 
 
 def _feed(setup: PageSetup) -> Feed:

@@ -12,7 +12,7 @@ from support import browsers
 from support.rigs.page_rig import PARTS, badge, part, says, stopped
 
 from rig.qualify.faults.bench import FaultBench
-from rig.service.web.stream.glance import FRESH_S
+from rig.service.web.stream.shown_status import FRESH_S
 
 pytest.importorskip("playwright")
 

@@ -26,11 +26,11 @@ class Pages:
         visitors: Visitors,
         guesses: Guesses,
         look: Callable[[], Awaitable[None]],
-        glance: Callable[[], dict[str, Any]],
+        shown: Callable[[], dict[str, Any]],
         units: dict[str, Any],
     ) -> None:
-        """`look` asks the daemon anew, `glance` is what is known, `units` what input and output are called."""
-        self._visitors, self._guesses, self._look, self._glance = visitors, guesses, look, glance
+        """`look` asks the daemon anew, `shown` is what is known, `units` what input and output are called."""
+        self._visitors, self._guesses, self._look, self._shown = visitors, guesses, look, shown
         self._units = units
         self._environment = jinja2.Environment(
             autoescape=True, undefined=jinja2.ChainableUndefined, trim_blocks=True, lstrip_blocks=True
@@ -41,14 +41,14 @@ class Pages:
         await self._look()
         visitor = visitor_of(request.scope)
         return self._page(
-            "page.html.jinja", shown=self._glance(), me=visitor.name, form_key=self._visitors.form_key(visitor),
+            "page.html.jinja", shown=self._shown(), me=visitor.name, form_key=self._visitors.form_key(visitor),
             stopped=request.query_params.get("stopped"), units=self._units,
         )  # fmt: skip
 
     async def status(self, _: Request) -> Response:
         """The same as data."""
         await self._look()
-        return EscapedJson(self._glance())
+        return EscapedJson(self._shown())
 
     async def login(self, request: Request) -> Response:
         """Ask for the token, or take it."""

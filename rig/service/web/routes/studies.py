@@ -31,7 +31,7 @@ around it may look into it, so that the Escape key stops there too."""
 
 
 class Studies:
-    """What takes thought instead of air."""
+    """Diagnoses and bring-up: what reads and computes, and moves nothing."""
 
     def __init__(
         self,
@@ -40,10 +40,10 @@ class Studies:
         records: SessionFolders,
         models: Catalogue,
         worker: PageWorker,
-        glance: Callable[[], dict[str, Any]],
+        shown: Callable[[], dict[str, Any]],
     ) -> None:
         self._diagnoses, self._bringup, self._records, self._models = diagnoses, bringup, records, models
-        self._worker, self._glance = worker, glance
+        self._worker, self._shown = worker, shown
 
     def routes(self, actions: Actions) -> list[Route]:
         """Looking is for everybody, asking for who commands: the machine has better things to do."""
@@ -69,7 +69,7 @@ class Studies:
         return {"hunts": hunts(self._records.root)}
 
     async def _begin(self, _: Request, given: dict[str, Any]) -> Any:
-        if self._glance().get("state") == "running":
+        if self._shown().get("state") == "running":
             raise StateError("the rig is running; diagnose when it rests")
         question = DiagnosisRequest(
             text(given, "session"), text(given, "model"), text(given, "reference"), tuple(texts(given, "baselines")),
@@ -90,9 +90,9 @@ class Studies:
         return HTMLResponse(path.read_text(encoding="utf-8"), headers=headers)
 
     async def _steps(self, _: Request) -> Any:
-        return self._bringup.told(self._glance())
+        return self._bringup.told(self._shown())
 
     async def _confirm(self, request: Request, given: dict[str, Any]) -> Any:
         by = f"browser {visitor_of(request.scope).name}"
         self._bringup.confirm(text(given, "step"), by, done=given.get("done") is True)
-        return self._bringup.told(self._glance())
+        return self._bringup.told(self._shown())

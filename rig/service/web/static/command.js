@@ -50,7 +50,7 @@ export function status(message) {
   by("start").classList.toggle("primary", true);
   by("ramp-down").textContent = message.state === "running" ? "Ramp down" : "Disarm";
   progress(message);
-  document.dispatchEvent(new CustomEvent("glance", { detail: message }));
+  document.dispatchEvent(new CustomEvent("status", { detail: message }));
 }
 
 function progress({ record, left_s, working, pause_s }) {

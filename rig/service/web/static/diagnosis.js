@@ -13,7 +13,7 @@ export function wire() {
     clearInterval(timer);
     if (detail === "diagnosis") { begin(); timer = setInterval(list, LOOK_MS); }
   });
-  document.addEventListener("glance", ({ detail }) => {
+  document.addEventListener("status", ({ detail }) => {
     by("diagnose-begin").disabled = !(isCommanding() && detail.state !== "running" && by("diagnose-session").value);
   });
   by("diagnose").addEventListener("submit", start);

@@ -11,7 +11,7 @@ let latest = null;
 
 export function wire() {
   document.addEventListener("part", ({ detail }) => { if (detail === "runs" && !plot) begin(); });
-  document.addEventListener("glance", ({ detail }) => { latest = detail; queue(detail); });
+  document.addEventListener("status", ({ detail }) => { latest = detail; queue(detail); });
   by("sweep").addEventListener("change", preview);
   by("pause-s").addEventListener("input", check);
   by("queue-form").addEventListener("submit", start);

@@ -19,7 +19,7 @@ from rig.service.web.files.diagnosis_json import DiagnosedDay
 from rig.service.web.files.history import history_json
 from rig.service.web.files.records import SessionFolders
 from rig.service.web.stream.feed import COLUMNS, Feed
-from rig.service.web.stream.glance import own_now
+from rig.service.web.stream.shown_status import own_now
 from rig.service.web.units import units_of
 
 MOTOR = Channels(Channel("set_point", "mm", (-20.0, 80.0)), Channel("position", "mm", (-20.0, 80.0)))

@@ -17,7 +17,7 @@ _BADGES: Final = {
 _FIGURES: Final = ("tick", "phase", "p1_cmd_mpa", "p2_cmd_mpa", "p1_mpa", "p2_mpa", "angle_deg", "live", "age_s")
 
 
-def glance(status: dict[str, Any]) -> dict[str, Any]:
+def shown_status(status: dict[str, Any]) -> dict[str, Any]:
     """What of a status goes to every viewer. Texts are as they came: whoever shows them, shows them as text."""
     loop = status["loop"] or {}
     return {
@@ -59,7 +59,7 @@ def badge(status: dict[str, Any]) -> dict[str, str]:
     return {"badge": word, "means": means}
 
 
-def lost(why: str) -> dict[str, Any]:
+def no_daemon(why: str) -> dict[str, Any]:
     """What goes to every viewer when the daemon does not answer."""
     return {"badge": "no daemon", "means": "The daemon does not answer: look at the gauges", "why": why}
 
