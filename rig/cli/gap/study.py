@@ -155,15 +155,13 @@ def further(
 
     The checks must have been answered by the same priors: those shipped, or of --priors.
     """
-    from rig.app.gap.levels import known_families, write
-    from rig.app.gap.study.fitted_checks import checks_of
+    from rig.app.gap.levels import write
+    from rig.app.gap.study.fitted_checks import to_fit
     from rig.app.gap.study.intervals import with_intervals
     from rig.config import unstructure
-    from rig.gap.settings import fitted
 
-    known_families((), left_out)
-    levels = fitted(priors) if priors else fitted()
-    found = with_intervals(levels, checks_of(folders), left_out)
+    levels, checks = to_fit(folders, priors, left_out)
+    found = with_intervals(levels, checks, left_out)
     write(found, output)
     spread = found.further
     console(json_to).print(
@@ -187,14 +185,13 @@ def odds(
 
     The checks must have been answered by the same odds: those shipped, or of --priors.
     """
-    from rig.app.gap.levels import known_families, write
-    from rig.app.gap.study.fitted_checks import checks_of
+    from rig.app.gap.levels import write
+    from rig.app.gap.study.fitted_checks import to_fit
     from rig.app.gap.study.odds import with_odds
     from rig.config import unstructure
-    from rig.gap.settings import fitted
 
-    known_families((), left_out)
-    levels, fits = with_odds(fitted(priors) if priors else fitted(), checks_of(folders), left_out)
+    levels, checks = to_fit(folders, priors, left_out)
+    levels, fits = with_odds(levels, checks, left_out)
     write(levels, output)
     for name, fit in fits.items():
         console(json_to).print(
@@ -214,14 +211,13 @@ def temperature(
 
     The checks must have been answered by the same priors: those shipped, or of --priors.
     """
-    from rig.app.gap.levels import known_families, write
-    from rig.app.gap.study.fitted_checks import checks_of
+    from rig.app.gap.levels import write
+    from rig.app.gap.study.fitted_checks import to_fit
     from rig.app.gap.study.temperature import with_temperature
     from rig.config import unstructure
-    from rig.gap.settings import fitted
 
-    known_families((), left_out)
-    levels, fit = with_temperature(fitted(priors) if priors else fitted(), checks_of(folders), left_out)
+    levels, checks = to_fit(folders, priors, left_out)
+    levels, fit = with_temperature(levels, checks, left_out)
     write(levels, output)
     console(json_to).print(
         f"{output}: a temperature of {fit.temperature:.2g}, by {fit.factors} factors; true names are likelier by "

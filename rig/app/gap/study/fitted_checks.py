@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from rig.app.gap.levels import origin
+from rig.app.gap.levels import known_families, origin
 from rig.blind_check.folder import CheckFolder, read_json
 from rig.blind_check.generate import open_labels
 from rig.blind_check.modes import MODES
@@ -16,8 +16,15 @@ from rig.errors import RecordError
 from rig.gap.answer.findings import STATED
 from rig.gap.hypotheses.inverse_problems import ANGLE, PRESSURES
 from rig.gap.hypotheses.library import LIBRARY, NONE, UNKNOWN
-from rig.gap.settings import Origin
+from rig.gap.settings import Fitted, Origin, fitted
 from rig.model.slots import AHEAD
+
+
+def to_fit(folders: Sequence[Path], priors: Path | None, left_out: Sequence[str]) -> tuple[Fitted, list[CheckFolder]]:
+    """The levels to go on from (`priors`, or those shipped) and the checks to fit them to. ConfigError when a family
+    that is left out is not there."""
+    known_families((), left_out)
+    return fitted(priors) if priors else fitted(), checks_of(folders)
 
 
 def checks_of(folders: Sequence[Path]) -> list[CheckFolder]:
