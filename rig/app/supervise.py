@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from rig.app import compose, shipped, wire_locks
+from rig.app.loop_process import loop_process
 from rig.errors import DeviceError, RigError
 from rig.interfaces import Device, abilities_of
 from rig.realtime import measures
@@ -159,7 +160,7 @@ def parts_of(rig: RigConfig, *, virtual: bool = False, seed: int | None = None) 
     supervisor."""
     return SessionParts(
         rig=rig,
-        loop=compose.loop_process,
+        loop=loop_process,
         watching=None if virtual else watching(rig),
         simulated=compose.is_simulated(rig),
         virtual=virtual,

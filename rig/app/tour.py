@@ -10,7 +10,7 @@ import time
 from pathlib import Path
 from typing import NamedTuple
 
-from rig.app.runs import runner
+from rig.app.runs import record_folders
 from rig.app.terminal import console, styled
 
 
@@ -112,7 +112,7 @@ def announce(step: TourStep) -> None:
 def main(words: list[str]) -> int:
     """Carry out every group, into the folder that `words` names or a new one; the first that fails ends it with its
     status."""
-    out = Path(words[0]) if words else runner.new_folder("tour")
+    out = Path(words[0]) if words else record_folders.new_folder("tour")
     terminal = console()
     at_s = time.monotonic()
     programme = steps(out)

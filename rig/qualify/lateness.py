@@ -12,7 +12,7 @@ from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from rig.app import compose
+from rig.app.loop_process import loop_process
 from rig.errors import RigError
 from rig.realtime.program import Program
 from rig.realtime.ring import RingReader
@@ -43,7 +43,7 @@ def loop_samples(
     ticks = max(round(seconds * 1e9 / rig.period_ns), 1)
     program = program_of(rig, ticks)
     samples: list[Sample] = []
-    with TemporaryDirectory(prefix="pamrig-latency-") as folder, Session(compose.loop_process, rig) as session:
+    with TemporaryDirectory(prefix="pamrig-latency-") as folder, Session(loop_process, rig) as session:
         session.open([program], scripted=True)
         reader = RingReader(session.ring)
         session.expect(RunOrder(1, Path(folder) / "latency.mcap", {}, {}, ticks, session.facts["wall_offset_ns"]))

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from rig.app import compose, shipped
-from rig.app.runs import runner
+from rig.app.runs import record_folders, runner
 from rig.app.runs.outcome import RunOutcome
 from rig.channels import PNEUMATIC, REST_MPA, Channels, channels_of, common
 from rig.config import read_yaml, structure
@@ -145,7 +145,7 @@ def replay_all(job: ReplayJob, options: ReplayOptions) -> Iterator[Replayed]:
     """Each recording in a session of its own, so that what comes before it does not matter, and told as it is done; a
     rig that was stopped does not move again for the next one. CheckFailed, with what is known of the safe state, when
     nothing can be compared."""
-    out = options.out or runner.new_folder("replay")
+    out = options.out or record_folders.new_folder("replay")
     single = out.suffix == ".mcap" and len(job.recordings) == 1
     targets = [out] if single else targets_in(out, (recording.name for recording in job.recordings), ".mcap")
     if len(targets) > 1 and options.figure is not None and options.figure.suffix:

@@ -1,26 +1,23 @@
-"""Carries out runs on a rig: session, progress and stop keys. `run` and `replay` stand on it; what came of it is in
-outcome.py."""
+"""Carries out runs on a rig: session, progress and stop keys. `run` and `replay` stand on it; where the records go is
+in record_folders.py, what came of it in outcome.py."""
 
-import itertools
 import math
-import os
 import signal
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
 from rig.app import compose
+from rig.app.loop_process import loop_process
 from rig.app.runs.outcome import RunOutcome
+from rig.app.runs.record_folders import prepare_folder
 from rig.app.supervise import watching
 from rig.app.supervised_command import check_last_resort
 from rig.app.terminal import console, progress
 from rig.channels import Channels
 from rig.errors import RigError
-from rig.log.mcap.writer import PARTIAL_SUFFIX
-from rig.outputs import file_name, make_folder
 from rig.realtime import measures
 from rig.realtime.faults import Fault, explain
 from rig.realtime.program import Program
@@ -66,7 +63,7 @@ def carry_out(rig: RigConfig, runs: Sequence[Planned], options: RunOptions) -> R
     own_signals(operator.signalled)
     try:
         session = Session(
-            compose.loop_process,
+            loop_process,
             rig,
             virtual=options.virtual,
             seed=options.seed,
@@ -111,23 +108,6 @@ def _run(
         if session.given_up:
             lost = [f"{run.file}: {run.error}" for run in left if run.error]
             outcome.error = outcome.error or "; ".join(lost) or session.given_up
-
-
-def prepare_folder(out: Path, names: Sequence[str]) -> None:
-    """Make the folder of the records `names`; RigError when one of them, finished or not, lies there already."""
-    make_folder(out)
-    if not os.access(out, os.W_OK):
-        raise RigError(f"{out}: the folder cannot be written to; choose another with --out")
-    for name in names:
-        if os.path.lexists(out / name):
-            raise RigError(
-                f"{out / name}: exists already; logs are never overwritten, choose another folder with --out"
-            )
-        partial = out / f"{name}{PARTIAL_SUFFIX}"
-        if os.path.lexists(partial):
-            raise RigError(
-                f"{partial}: an unfinished record lies there; `pamrig log recover` it, or choose another --out"
-            )
 
 
 def check_realtime(rig: RigConfig, report: Mapping[str, str], force: bool) -> None:
@@ -258,24 +238,3 @@ def _show(session: Session, own: Channels, update: Callable[[float, str], None],
     update(
         latest.tick, f"{'ramping down  ' if stopping else ''}run {latest.run}  {angle}  missed {latest.missed}{trouble}"
     )
-
-
-def new_folder(name: str) -> Path:
-    """logs/DATE_NAME, beside where the command was called; a number is added when it is taken."""
-    stamp = datetime.now(UTC).strftime("%Y%m%dT%H%M%SZ")
-    plain = file_name(name)
-    numbered = (f"{stamp}_{plain}" if n == 1 else f"{stamp}_{plain}_{n}" for n in itertools.count(1))
-    return next(folder for item in numbered if not os.path.lexists(folder := Path("logs") / item))
-
-
-def made_folder(name: str) -> Path:
-    """The same, and made: two commands of one second, for two rigs, have one each."""
-    while True:
-        folder = new_folder(name)
-        try:
-            folder.mkdir(parents=True)
-        except FileExistsError:
-            continue  # since it was looked for
-        except OSError as error:
-            raise RigError(f"{folder}: cannot be made: {error.strerror}") from None
-        return folder

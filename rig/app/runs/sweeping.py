@@ -9,7 +9,7 @@ from typing import Any, cast
 import yaml
 
 from rig.app import compose, shipped
-from rig.app.runs import runner
+from rig.app.runs import record_folders, runner
 from rig.app.runs.outcome import RunOutcome
 from rig.config import read_yaml
 from rig.excite.envelope import check_run
@@ -68,7 +68,7 @@ def run_sweep(sweep: Path, rig: RigConfig, options: SweepOptions) -> RunOutcome:
         rig,
         runs,
         runner.RunOptions(
-            out=options.out or runner.made_folder(plan.name),
+            out=options.out or record_folders.made_folder(plan.name),
             virtual=options.virtual,
             seed=options.seed,
             force=options.force,

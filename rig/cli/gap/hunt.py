@@ -82,9 +82,9 @@ def hunt(
     from rig.app import compose
     from rig.app.gap.baselines import check_apart, earlier_days
     from rig.app.gap.hunting import HuntOptions, hunt_and_tell
-    from rig.app.runs import runner
+    from rig.app.runs import record_folders
 
-    rig, folder = compose.load(rig_path), output or runner.new_folder("hunt")
+    rig, folder = compose.load(rig_path), output or record_folders.new_folder("hunt")
     check_apart([folder], baselines)
     days = earlier_days(baselines, asked["model"], every=every_day)
     options = HuntOptions(

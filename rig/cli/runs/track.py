@@ -62,7 +62,7 @@ def track(
     checked against the envelope; what cannot be followed is refused, with what can.
     """
     from rig.app import compose, inventory
-    from rig.app.runs import runner, tracking
+    from rig.app.runs import record_folders, runner, tracking
     from rig.app.terminal import progress
     from rig.cli.runs.run_table import summary
 
@@ -79,7 +79,7 @@ def track(
     result, tracked = tracking.follow(
         prepared,
         runner.RunOptions(
-            out=output or runner.made_folder(prepared.name), virtual=clock == "virtual", seed=seed, force=force
+            out=output or record_folders.made_folder(prepared.name), virtual=clock == "virtual", seed=seed, force=force
         ),
     )
     summary(result, json_to)

@@ -9,7 +9,7 @@ from pamrig._picture import Picture, html_table, shown
 from pamrig._places import place_of, plain, require_one_of, sweep_file
 from pamrig._records import Record, Records, read
 from rig.app import compose, shipped
-from rig.app.runs import replaying, runner
+from rig.app.runs import record_folders, replaying
 from rig.app.runs.outcome import RunOutcome
 from rig.app.runs.sweeping import SweepOptions, run_sweep
 from rig.config import structure, unstructure
@@ -218,7 +218,7 @@ def replay(
     config, simulator = None if rig is None else chosen.config, None if model is None else place_of(model, "model")
     job = replaying.prepare(place_of(log, "replay"), config, simulator, None, resample)
     job = replace(job, device_options={**chosen.options, **job.device_options})
-    folder = place_of(out, "out") if out is not None else runner.new_folder("replay")
+    folder = place_of(out, "out") if out is not None else record_folders.new_folder("replay")
     options = replaying.ReplayOptions(folder, clock, chosen.seed, force, None, tolerances)
     done = list(replaying.replay_all(job, options))
     for item in done:

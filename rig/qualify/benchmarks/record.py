@@ -9,6 +9,7 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 from rig.app import compose, shipped
+from rig.app.loop_process import loop_process
 from rig.excite.experiment import RunPlan, expand, load_sweep
 from rig.qualify.benchmarks import figure
 from rig.qualify.benchmarks.record_limits import alone, peers_of
@@ -65,7 +66,7 @@ def _carried_out(rig: RigConfig, plans: list[RunPlan], *, virtual: bool) -> dict
     programs = [program_of(plan, number) for number, plan in enumerate(plans, 1)]
     with (
         TemporaryDirectory(prefix="pamrig-bench-") as folder,
-        Session(compose.loop_process, rig, virtual=virtual) as session,
+        Session(loop_process, rig, virtual=virtual) as session,
     ):
         session.open(programs, scripted=True)
         for plan, program in zip(plans, programs, strict=True):

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from rig.app import compose
+from rig.app.loop_process import loop_settings
 from rig.realtime.clock import VirtualClock
 from rig.realtime.commands import Mailbox, Script
 from rig.realtime.loop import Loop
@@ -65,7 +66,7 @@ def alone(rig: RigConfig, programs: list[Program]) -> float:
     device = compose.make_device(rig, clock)
     device.open()
     script = Script(programs, Mailbox.private())
-    loop = Loop(device, clock, RingWriter(Ring.private()), script, compose.loop_settings(rig))
+    loop = Loop(device, clock, RingWriter(Ring.private()), script, loop_settings(rig))
     began = time.perf_counter()
     loop.run()
     return clock.now_ns() / 1e9 / (time.perf_counter() - began)

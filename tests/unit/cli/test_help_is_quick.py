@@ -61,13 +61,15 @@ def test_the_real_time_side_loads_the_standard_library_only() -> None:
 
 
 def test_the_loop_s_process_loads_nothing_compiled_that_the_controller_lacks() -> None:
-    loaded = loaded_by("import rig.app.compose, hil.bench, rig.service.records.recorder\nfrom drivers import catalog")
+    loaded = loaded_by(
+        "import rig.app.loop_process, hil.bench, rig.service.records.recorder\nfrom drivers import catalog"
+    )
     assert not loaded & HEAVY
 
 
 def test_loop_and_watchers_load_nothing_that_files_are_written_with() -> None:
     """Each is a process of its own, and the rig waits for all of them when it is armed."""
-    assert not loaded_by("import rig.app.compose, hil.bench") & {"google", "mcap"}
+    assert not loaded_by("import rig.app.loop_process, hil.bench") & {"google", "mcap"}
     assert {"google", "mcap"} <= loaded_by("import rig.service.records.recorder")
 
 

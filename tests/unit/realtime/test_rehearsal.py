@@ -7,6 +7,7 @@ import pytest
 from support.scripted import PERIOD_NS, ListRing, ScriptedDevice, armed_and_running
 
 from rig.app import compose
+from rig.app.loop_process import loop_settings, punctual, rehearse_for
 from rig.interfaces import Clock, Device
 from rig.qualify.benchmarks.tracking import closed_at_rest
 from rig.qualify.lateness import at_rest
@@ -155,10 +156,10 @@ def simulated_run(rehearsed: bool) -> list[Sample]:
     device = compose.make_device(rig, clock)
     if rehearsed:
         beside = VirtualClock()
-        clock.rehearse = Rehearsal(device.twin(beside), beside, compose.loop_settings(rig))  # type: ignore[attr-defined]
+        clock.rehearse = Rehearsal(device.twin(beside), beside, loop_settings(rig))  # type: ignore[attr-defined]
     operator = armed_and_running({100: Request.QUIT})
     device.open()
-    Loop(device, clock, ring, operator, compose.loop_settings(rig)).run()  # type: ignore[arg-type]
+    Loop(device, clock, ring, operator, loop_settings(rig)).run()  # type: ignore[arg-type]
     return ring.samples
 
 
@@ -189,7 +190,7 @@ def test_a_device_without_a_twin_is_never_called_by_a_rehearsal() -> None:
 def made_clock(early_us: int, period_ms: int, device: Device) -> Clock:
     rig = compose.load(None)
     rig = replace(rig, period_ns=period_ms * 10**6, realtime=replace(rig.realtime, early_us=early_us))
-    return compose.punctual(MonotonicClock(), device, rig)
+    return punctual(MonotonicClock(), device, rig)
 
 
 def test_a_running_loop_says_which_kind_of_tick_is_rehearsed() -> None:
@@ -200,7 +201,7 @@ def test_a_running_loop_says_which_kind_of_tick_is_rehearsed() -> None:
         clock, ring = RehearsedVirtually(), ListRing()
         device = compose.make_device(rig, clock)
         device.open()
-        loop = Loop(device, clock, ring, Script([program], Mailbox.private()), compose.loop_settings(rig))  # type: ignore[arg-type]
+        loop = Loop(device, clock, ring, Script([program], Mailbox.private()), loop_settings(rig))  # type: ignore[arg-type]
         rehearsals.follows_angle = loop.follows_angle
         clock.rehearse = rehearsals  # type: ignore[assignment]
         said.clear()
@@ -214,9 +215,9 @@ def test_a_running_loop_says_which_kind_of_tick_is_rehearsed() -> None:
 def test_the_clock_of_a_rig_is_told_what_its_loop_carries_out() -> None:
     rig = compose.load(None)
     device = compose.make_device(rig, MonotonicClock())
-    clock = compose.punctual(MonotonicClock(), device, rig)
-    loop = Loop(device, clock, ListRing(), Script([at_rest(rig, 5)], Mailbox.private()), compose.loop_settings(rig))  # type: ignore[arg-type]
-    compose.rehearse_for(loop, clock)
+    clock = punctual(MonotonicClock(), device, rig)
+    loop = Loop(device, clock, ListRing(), Script([at_rest(rig, 5)], Mailbox.private()), loop_settings(rig))  # type: ignore[arg-type]
+    rehearse_for(loop, clock)
     assert isinstance(clock, WarmUpClock)
     assert isinstance(clock.rehearse, Rehearsals)
     assert clock.rehearse.follows_angle == loop.follows_angle

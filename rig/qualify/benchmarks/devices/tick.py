@@ -15,6 +15,7 @@ from typing import Any, Final
 from drivers.myrio.device import MyRio
 from drivers.myrio.settings import MyRioSettings
 from rig.app import compose
+from rig.app.loop_process import loop_settings, punctual, rehearse_for
 from rig.interfaces import Clock, Device, DeviceContext
 from rig.qualify.benchmarks import figure
 from rig.qualify.lateness import at_rest
@@ -68,8 +69,8 @@ def _take_turns(
 ) -> None:
     for _ in range(TURNS):
         device = MyRio(settings, context)
-        took["rehearsed"] += _work_us(rig, device, compose.punctual(MonotonicClock(), device, rig))
-        took["cold"] += _work_us(rig, device, compose.punctual(MonotonicClock(), _Twinless(device), rig))  # type: ignore[arg-type]
+        took["rehearsed"] += _work_us(rig, device, punctual(MonotonicClock(), device, rig))
+        took["cold"] += _work_us(rig, device, punctual(MonotonicClock(), _Twinless(device), rig))  # type: ignore[arg-type]
         took["bare"] += _paced_us(bare, rig.period_ns)
 
 
@@ -93,8 +94,8 @@ def _work_us(rig: RigConfig, device: Device, clock: Clock) -> list[float]:
     ring = Ring.private(2 * TICKS)
     reader, script = RingReader(ring), Script([at_rest(rig, TICKS)], Mailbox.private())
     device.open()
-    loop = Loop(device, clock, RingWriter(ring), script, compose.loop_settings(rig))
-    compose.rehearse_for(loop, clock)
+    loop = Loop(device, clock, RingWriter(ring), script, loop_settings(rig))
+    rehearse_for(loop, clock)
     loop.run()
     samples = [unpack(packed) for packed in reader]
     return [(sample.written_ns - sample.woken_ns) / 1e3 for sample in samples if sample.run == 1]

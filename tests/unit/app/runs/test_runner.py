@@ -16,7 +16,8 @@ from support.scripted import program
 
 from hil.bench import SimulatedRig
 from rig.app import compose, shipped
-from rig.app.runs import runner
+from rig.app.loop_process import loop_process
+from rig.app.runs import record_folders, runner
 from rig.app.runs.outcome import RunOutcome
 from rig.app.runs.runner import Planned, RunOptions
 from rig.app.supervise import watcher_process
@@ -133,7 +134,7 @@ class EndsLate:
 
 
 def loop_that_is_told_to_end_twice(setup: LoopSetup, pipe: Connection) -> None:
-    compose.loop_process(setup, pipe)
+    loop_process(setup, pipe)
     sys.modules["kept until the end"] = EndsLate()  # type: ignore[assignment]
 
 
@@ -151,7 +152,7 @@ def loop_whose_driver_has_a_bug(setup: LoopSetup, pipe: Connection) -> None:
         raise ZeroDivisionError("division by zero")
 
     SimulatedRig.open = fail  # type: ignore[method-assign, assignment]
-    compose.loop_process(setup, pipe)
+    loop_process(setup, pipe)
 
 
 def test_a_driver_that_fails_by_a_bug_when_it_is_opened_is_one_line(capfd: pytest.CaptureFixture[str]) -> None:
@@ -169,7 +170,7 @@ def loop_whose_device_takes_no_safe_state(setup: LoopSetup, pipe: Connection) ->
         raise DeviceError("no answer")
 
     SimulatedRig.safe = refuse  # type: ignore[method-assign]
-    compose.loop_process(setup, pipe)
+    loop_process(setup, pipe)
 
 
 def test_a_device_that_is_lost_on_the_way_out_is_told_though_every_record_is_whole(
@@ -181,7 +182,7 @@ def test_a_device_that_is_lost_on_the_way_out_is_told_though_every_record_is_who
         raise DeviceError("no answer")
 
     beside = Watching(watcher_process, (), lambda: SecondPath(out_of_reach))
-    monkeypatch.setattr(compose, "loop_process", loop_whose_device_takes_no_safe_state)
+    monkeypatch.setattr(runner, "loop_process", loop_whose_device_takes_no_safe_state)
     monkeypatch.setattr(compose, "outlives_the_loop", lambda _: True)
     monkeypatch.setattr(runner, "watching", lambda _: beside)
     monkeypatch.setattr("rig.service.session.session.SETTLE_S", 0.3)
@@ -239,21 +240,21 @@ def test_planned_set_points_are_the_paper_s() -> None:
 def test_a_folder_that_cannot_be_written_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("os.access", lambda *_: False)
     with pytest.raises(RigError, match="the folder cannot be written to; choose another with --out"):
-        runner.prepare_folder(tmp_path, ["a.mcap"])
+        record_folders.prepare_folder(tmp_path, ["a.mcap"])
 
 
 def test_two_sessions_in_one_second_get_two_folders(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
-    first = runner.new_folder("quick")
+    first = record_folders.new_folder("quick")
     first.mkdir(parents=True)
-    second = runner.new_folder("quick")
+    second = record_folders.new_folder("quick")
     assert first != second
     assert not second.exists()
 
 
 def test_a_name_cannot_lead_out_of_the_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
-    assert runner.new_folder("../../etc/x y").parent == Path("logs")
+    assert record_folders.new_folder("../../etc/x y").parent == Path("logs")
 
 
 def test_a_recorder_that_dies_before_the_first_record_is_no_quiet_success(

@@ -11,6 +11,7 @@ from support.records.mcap_files import contents
 from support.scripted import program
 
 from rig.app import compose
+from rig.app.loop_process import loop_process
 from rig.app.runs import runner
 from rig.app.runs.outcome import RunOutcome
 from rig.app.runs.runner import Planned, RunOptions
@@ -66,7 +67,7 @@ def stands(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 def run_to_its_end(path: Path) -> Session:
     """A session whose loop has ended, and whose recorder has written nothing yet."""
-    session, made = Session(compose.loop_process, compose.load(None), virtual=True), program()
+    session, made = Session(loop_process, compose.load(None), virtual=True), program()
     session.open([made], scripted=True)
     facts = {"period_ns": 5_000_000, "clock": "virtual"}
     session.expect(RunOrder(made.run, path, facts, {}, len(made.p1_cmd_mpa), session.facts["wall_offset_ns"]))

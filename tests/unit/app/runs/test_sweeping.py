@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from rig.app import compose, shipped
-from rig.app.runs import runner, sweeping
+from rig.app.runs import record_folders, runner, sweeping
 from rig.app.runs.outcome import RunOutcome
 from rig.app.runs.runner import Planned, RunOptions
 from rig.excite.experiment import RunPlan, Sweep, expand
@@ -23,14 +23,14 @@ def test_two_runs_of_one_second_have_a_folder_each(tmp_path: Path, monkeypatch: 
         return RunOutcome([], 0)
 
     monkeypatch.setattr(runner, "carry_out", carried_out)
-    monkeypatch.setattr(runner, "new_folder", lambda name: free(Path("logs") / name))
+    monkeypatch.setattr(record_folders, "new_folder", lambda name: free(Path("logs") / name))
     for _ in range(2):
         sweeping.run_sweep(Path("quick"), compose.load(None), sweeping.SweepOptions(virtual=True))
     assert out[0] != out[1]
     (tmp_path / "logs" / "quick_again3").mkdir()
     looks = iter([Path("logs/quick_again3"), Path("logs/quick_again4")])  # somebody made it since
-    monkeypatch.setattr(runner, "new_folder", lambda _: next(looks))
-    assert runner.made_folder("quick") == Path("logs/quick_again4")
+    monkeypatch.setattr(record_folders, "new_folder", lambda _: next(looks))
+    assert record_folders.made_folder("quick") == Path("logs/quick_again4")
 
 
 def test_a_record_keeps_the_sweep_that_it_was_made_from_and_not_what_became_of_the_file(

@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from rig.app import compose
+from rig.app.loop_process import loop_process
 from rig.service.records.recorder_messages import RunOrder
 from rig.service.session.session import Session
 
@@ -19,7 +20,7 @@ LONGER_THAN_A_PIPE = bytes(1 << 20)
 def test_the_end_of_a_recording_waits_for_no_recorder(tmp_path: Path) -> None:
     """The daemon's event loop did, for ever, behind an order that the recorder did not take: no emergency stop was
     answered, and the daemon was not to be ended."""
-    session = Session(compose.loop_process, compose.load(None), virtual=True)
+    session = Session(loop_process, compose.load(None), virtual=True)
     session.open()
     assert session.recorder is not None
     assert session.recorder.pid is not None
@@ -42,7 +43,7 @@ def test_the_end_of_a_recording_waits_for_no_recorder(tmp_path: Path) -> None:
 
 def test_a_run_that_was_called_off_is_no_record_that_was_lost(tmp_path: Path) -> None:
     """One of the same name was made later: that one was said to be lost."""
-    session = Session(compose.loop_process, compose.load(None), virtual=True)
+    session = Session(loop_process, compose.load(None), virtual=True)
     session.open()
     session.expect(RunOrder(1, tmp_path / "a.mcap", {}, {}, 10, 0))
     session.call_off(1)
