@@ -7,7 +7,7 @@ the kernel's PM QoS interface /dev/cpu_dma_latency.
 import ctypes
 import gc
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 from rig.fields import bounded
@@ -47,9 +47,9 @@ def apply(measures: Measures) -> dict[str, str]:
     return {name: _tried(measure) for name, measure in wanted.items()}
 
 
-def denied(report: dict[str, str]) -> list[str]:
-    """The measures that a run on real hardware needs and did not get; pinning is a nicety."""
-    return [name for name in ("fifo", "mlock") if report.get(name, "granted") != "granted"]
+def denied(report: Mapping[str, str]) -> str:
+    """What a run on real hardware needs and did not get, with the reason; empty for nothing. Pinning is a nicety."""
+    return "; ".join(f"{name} {report[name]}" for name in ("fifo", "mlock") if report.get(name, "granted") != "granted")
 
 
 def fifo(priority: int) -> None:

@@ -112,10 +112,9 @@ def _run(
 
 def check_realtime(rig: RigConfig, report: Mapping[str, str], force: bool) -> None:
     """RigError on hardware when the loop did not get what it needs to be punctual; on a simulated rig a line."""
-    missing = measures.denied(dict(report))
-    if not missing:
+    what = measures.denied(report)
+    if not what:
         return
-    what = "; ".join(f"{name} {report[name]}" for name in missing)
     if compose.is_simulated(rig):
         console("-").print(f"real-time measures not granted ({what}); the simulated rig runs without", style="yellow")
     elif not force:

@@ -176,7 +176,7 @@ class _OpenRun:
         try:
             self._writer = RunWriter(order.path, order.facts, order.attachments)
         except RecordError as error:
-            self._give_up(error)
+            self._result.error = str(error)
             self._note_trouble(final=True)
 
     def put(self, packed: bytes, sample: Sample) -> None:
@@ -252,7 +252,7 @@ class _OpenRun:
             try:
                 self._writer.finish(self._facts(result))
             except RecordError as error:
-                self._give_up(error)
+                self._result.error = str(error)
                 self._writer.abort()
                 result.valid = False
                 result.file = self._writer.partial
@@ -273,9 +273,6 @@ class _OpenRun:
             "angle_zero_deg": result.angle_zero_deg,
             "lateness_us": result.lateness_us,
         }
-
-    def _give_up(self, error: RecordError) -> None:
-        self._result.error = str(error)
 
 
 def _news(before: Sample | None, now: Sample, ring: Ring) -> list[tuple[str, str]]:

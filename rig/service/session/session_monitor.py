@@ -215,9 +215,8 @@ class SessionMonitor:
         self.require(Event.ARM)
         if self.session is None:  # the socket listens before the rig is open
             raise Refused(Code.REFUSED, _NOT_OPEN)
-        missing = measures.denied(self.session.facts["realtime"])
-        if missing and not self._parts.simulated and not self._force:
-            what = "; ".join(f"{name} {self.session.facts['realtime'][name]}" for name in missing)
+        what = measures.denied(self.session.facts["realtime"])
+        if what and not self._parts.simulated and not self._force:
             raise Refused(
                 Code.REFUSED,
                 f"real-time measures not granted ({what}); see docs/how-to/install_service.md, or set force: true",
