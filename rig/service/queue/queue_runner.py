@@ -60,9 +60,10 @@ class QueueRunner:
         """What the planner is asked for at present."""
         self._wake = asyncio.Event()
         self._last_run = 0
-        self._now: tuple[Published, int] | None = None
+        self._running: tuple[Published, int] | None = None
         """The record that runs, and the loop's tick when it began."""
         self.current: Path | None = None
+        """Its file, from before it begins."""
         self._pause_until = 0.0
         self.holds = 0
         """How often somebody has stopped the queue: who began before it is not to go on after it."""
@@ -116,7 +117,7 @@ class QueueRunner:
     @property
     def working(self) -> bool:
         """Something runs, or will without being asked again."""
-        return self._now is not None or self._going
+        return self._running is not None or self._going
 
     async def run(self) -> None:
         """For ever: wait for work, do it."""
@@ -233,11 +234,11 @@ class QueueRunner:
             attachments = apart({"sweep.yaml": sweep.text}, self._rig.files)
             order = order_of(session, run, plan.sweep_ticks, self.current, facts, attachments)
             await self._begin(session, order, holds)
-            self._now = plan, monitor.telemetry.latest.tick if monitor.telemetry and monitor.telemetry.latest else 0
+            self._running = plan, monitor.telemetry.latest.tick if monitor.telemetry and monitor.telemetry.latest else 0
             _LOG.info("%s started, run %d", plan.name, run)
             return await self._result(session, run)
         finally:
-            self._now = self.current = None
+            self._running = self.current = None
             session.retire(run)
 
     async def _begin(self, session: Session, order: RunOrder, holds: int) -> None:
@@ -340,8 +341,8 @@ class QueueRunner:
         shown["recording_error"] = self.recording_error
         shown["pause_s"] = max(self._pause_until - time.monotonic(), 0.0)
         done_s = 0.0
-        if self._now is not None and self._monitor.telemetry and self._monitor.telemetry.latest:
-            plan, started = self._now
+        if self._running is not None and self._monitor.telemetry and self._monitor.telemetry.latest:
+            plan, started = self._running
             tick = min(self._monitor.telemetry.latest.tick - started, plan.ticks)
             done_s = tick * self._rig.period_ns / 1e9
             shown["record"] = {

@@ -37,6 +37,10 @@ def kind(option: click.Option) -> str:
     return f"a {option.type.name}" if option.metavar is None else option.metavar
 
 
+def writes(option: click.Option) -> OutputKind | None:
+    return option.type.kind if isinstance(option.type, Output) else None
+
+
 ALL = [(name, param) for name, param in parameters(cli) if isinstance(param, click.Option)]
 
 
@@ -50,10 +54,10 @@ def test_an_option_takes_the_same_wherever_it_stands() -> None:
 
 @pytest.mark.parametrize("wanted", ASKED_BY)
 def test_what_is_written_is_asked_for_by_one_name(wanted: OutputKind) -> None:
-    for command, option in ALL:
-        if isinstance(option.type, Output) and option.type.kind is wanted:
-            assert option.opts[0] in ASKED_BY[wanted], command
-            assert wanted is not OutputKind.FIGURE or (option.opts[0] == "-o") == (command in BESIDE), command
+    asking = [(command, option.opts[0]) for command, option in ALL if writes(option) is wanted]
+    assert {name for _, name in asking} == ASKED_BY[wanted]
+    if wanted is OutputKind.FIGURE:
+        assert {command for command, name in asking if name == "-o"} == BESIDE
 
 
 def test_an_output_says_whether_it_is_a_file_or_a_folder() -> None:
