@@ -14,7 +14,11 @@ from support.plants.gap_rigs import MODEL, session
 from rig.app.gap.baselines import sessions_of
 from rig.cli.gap.group import gap
 from rig.errors import RecordError, RigError
-from rig.excite.experiment import load_sweep
+from rig.excite.experiment import Entry, Timing, load_sweep
+from rig.excite.signals import Sine
+from rig.gap.answer import tell
+from rig.gap.plan.candidates import SETTLE_S
+from rig.gap.plan.experiment import Experiment
 from rig.model.parameters import AddedEffect, load_model
 from rig.model.simulation import simulate
 from rig.record import Record
@@ -72,11 +76,16 @@ def test_everything_that_it_writes_can_be_used(days: Path, tmp_path: Path) -> No
     assert not re.search(r"""(src|href)=["']https?:""", page)
 
 
-def test_recommended_sweep_is_one_that_run_accepts(days: Path, tmp_path: Path) -> None:
-    late = write(tmp_path / "slow", session(72, AddedEffect("leak", {"loss": 0.05, "muscle": 2.0})))
-    call("diagnose", "--model", MODEL, "--log", late, *healthy(days), "--next-experiment", tmp_path / "next.yaml")
-    if (tmp_path / "next.yaml").exists():  # only when there is a tie that an experiment can break
-        assert load_sweep(tmp_path / "next.yaml").entries
+def test_recommended_sweep_is_one_that_run_accepts(days: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    sine = Entry(Sine(frequency_hz=0.5, amplitude_mpa=0.1), Timing(settle_s=SETTLE_S, duration_s=10.0))
+    wanted = Experiment((replace(sine, p0_mpa=(0.2,)),), 0.5, 0.7, 0.9, ("creep", "delay"), 4.0)
+    monkeypatch.setattr(tell, "what_next", lambda *_, **__: wanted)
+    call(
+        "diagnose", "--model", MODEL, "--log", days / "late", *healthy(days), "--next-experiment",
+        tmp_path / "next.yaml",
+    )  # fmt: skip
+    found = load_sweep(tmp_path / "next.yaml")
+    assert (found.entries, found.p0_mpa) == ((sine,), (0.2,))
 
 
 def test_campaign_of_days_is_diagnosed_day_by_day(days: Path, tmp_path: Path) -> None:
