@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, Final
 
-from rig.report.shown_text import in_lines
+from rig.report.shown_text import in_lines, in_one_line
 
 if TYPE_CHECKING:
     from rich.console import Console, ConsoleOptions, RenderResult
@@ -80,17 +80,18 @@ def listing(names: str, *titles: str, title: str | None = None) -> "Table":
 @contextmanager
 def progress(what: str, total: float | None = None) -> Iterator[Callable[[float, str], None]]:
     """A progress bar on a terminal (one that only moves, without `total`), silence in a pipe; yields `update(done,
-    note)`."""
+    note)`. Note and description are shown as they are, like all text on a `console`."""
     from rich.console import Console
     from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
     terminal = Console(stderr=True)
     how_far = () if total is None else (TextColumn("{task.percentage:>3.0f} %"), TimeRemainingColumn())
-    columns = (TextColumn("{task.description}"), BarColumn(), *how_far, TextColumn("{task.fields[note]}"))
+    said, note_column = (TextColumn(text, markup=False) for text in ("{task.description}", "{task.fields[note]}"))
+    columns = (said, BarColumn(), *how_far, note_column)
     with Progress(*columns, console=terminal, transient=True, disable=not terminal.is_terminal) as bar:
-        task = bar.add_task(what, total=total, note="")
+        task = bar.add_task(in_one_line(what), total=total, note="")
 
         def update(done: float, note: str = "") -> None:
-            bar.update(task, completed=done, note=note)
+            bar.update(task, completed=done, note=in_one_line(note))
 
         yield update

@@ -4,15 +4,17 @@ whole."""
 import io
 import re
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import pytest
 from click.testing import CliRunner
+from rich.console import Console
 from rich.text import Text
 from support.records.made_logs import made_content
 
-from rig.app.terminal import console, listing, styled
+from rig.app.terminal import console, listing, progress, styled
 from rig.cli.commands import cli
 from rig.cli.service.status_lines import status_lines
 from rig.log.convert import write_content
@@ -46,6 +48,16 @@ def test_a_name_with_brackets_is_a_name() -> None:
         "[/z]",
         "[/q]",
     ]
+
+
+@pytest.mark.parametrize("name", ["logs[/x]/a.mcap: no space", HOSTILE, "[bold]N"])
+def test_a_note_beside_a_progress_bar_is_text(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A folder, a device or an own unit called like that ended a run with a traceback, on a terminal alone."""
+    shown = io.StringIO()
+    monkeypatch.setattr("rich.console.Console", partial(Console, file=shown, force_terminal=True, width=200))
+    with progress(name, 10) as update:
+        update(1, name)
+    assert in_one_line(name) in shown.getvalue()
 
 
 def status(**changed: Any) -> dict[str, Any]:
