@@ -66,6 +66,7 @@ class Daemon:
     def __init__(self, parts: SessionParts, settings: DaemonSettings) -> None:
         """StateError when another daemon has the state folder: its queue and ledger are read here, and have one
         writer."""
+        settings = settings.in_place()
         make_folder(settings.logs)
         make_folder(settings.state, socket_access.OWN_MODE)
         socket_access.keep_others_from(settings.state, "the daemon's queue and ledger")
@@ -345,7 +346,7 @@ class Daemon:
             "processes": processes_json(session),
             "realtime": session.facts.get("realtime", {}) if session else {},
             "disk_free_gb": self._runner.free_gb,
-            "logs": str(self._settings.logs.absolute()),
+            "logs": str(self._settings.logs),
             "retention": self._retention.to_json(),
             "clients": self._server.clients,
             "dropped_events": self._server.dropped_events,

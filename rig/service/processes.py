@@ -39,12 +39,22 @@ def start_process(process: BaseProcess) -> None:
     """Start a process that the terminal's Ctrl-C does not reach, not even before its first line: that is for the one
     who commands."""
     ensure_running()  # multiprocessing's own helper would lift the mask when it is started on the way
+    _stand_somewhere()
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
         with _without_main():
             process.start()
     finally:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+def _stand_somewhere() -> None:
+    """A new process begins in our folder, and cannot begin in one that somebody has removed: a rig would not be reset
+    any more."""
+    try:
+        os.getcwd()
+    except FileNotFoundError:
+        os.chdir("/")
 
 
 @contextlib.contextmanager

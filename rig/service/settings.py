@@ -5,7 +5,7 @@ import ipaddress
 import os
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Final
+from typing import Final, Self
 
 from rig.config import read_text, read_yaml, shown, structure
 from rig.errors import ConfigError, RigError
@@ -104,6 +104,12 @@ class DaemonSettings:
     live: Live = field(default_factory=Live)
     view: View = field(default_factory=View)
     web: Web = field(default_factory=Web)
+
+    def in_place(self) -> Self:
+        """The same with folders that are found from anywhere: the one that the daemon was started in may be removed
+        under it, and a name is relative to nothing then."""
+        metrics = self.metrics and self.metrics.absolute()
+        return replace(self, logs=self.logs.absolute(), state=self.state.absolute(), metrics=metrics)
 
     @property
     def ledger(self) -> Path:

@@ -308,13 +308,11 @@ class QueueRunner:
         session = self._monitor.session
         if session is not None and session.trouble is not None:
             return session.trouble.error
-        return (
-            "" if self.free_gb is not None else f"{self._settings.logs.absolute()}: the folder for the records is gone"
-        )
+        return "" if self.free_gb is not None else f"{self._settings.logs}: the folder for the records is gone"
 
     def check_space(self) -> None:
         """NoSpace when the disk has less free than is to be spared."""
-        logs, spare_gb, free_gb = self._settings.logs.absolute(), self._settings.spare_gb, self.free_gb
+        logs, spare_gb, free_gb = self._settings.logs, self._settings.spare_gb, self.free_gb
         if free_gb is None:
             raise NoSpace(Code.REFUSED, f"{logs}: the folder for the records is gone; make it again, then go on")
         if free_gb < spare_gb:
@@ -324,7 +322,7 @@ class QueueRunner:
         """A new one for a sweep's records; another daemon may have the same logs."""
         stamp = datetime.now(UTC).strftime("%Y%m%dT%H%M%SZ")
         while True:
-            folder = free(self._settings.logs / f"{stamp}_{file_name(name)}").absolute()
+            folder = free(self._settings.logs / f"{stamp}_{file_name(name)}")
             if _make(folder, own=True):
                 return folder
 

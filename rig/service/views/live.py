@@ -22,7 +22,7 @@ from rig.log.mcap import schema
 from rig.realtime.faults import explain
 from rig.realtime.ring import Ring, RingReader
 from rig.sample import unpack
-from rig.service.processes import RestartDelays, is_stopped
+from rig.service.processes import RestartDelays, is_stopped, start_process
 from rig.service.session.session import Session
 
 HOST: Final = "127.0.0.1"
@@ -62,7 +62,7 @@ class LiveView:
             self._process = multiprocessing.get_context("spawn").Process(
                 target=show, args=arguments, name="pamrig-live", daemon=True
             )
-            self._process.start()
+            start_process(self._process)
 
     async def watch(self, starter: Executor) -> None:
         """Replace a process that has ended or was stopped, by `starter`, where `follow` is called too; never ends."""

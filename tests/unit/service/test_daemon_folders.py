@@ -1,5 +1,7 @@
 """What a daemon holds its folders to before it works with them."""
 
+import multiprocessing
+import os
 from pathlib import Path
 
 import pytest
@@ -8,6 +10,7 @@ from rig.app import compose
 from rig.app.supervise import parts_of
 from rig.errors import StateError
 from rig.service.daemon import Daemon
+from rig.service.processes import start_process
 from rig.service.settings import DaemonSettings, Web
 
 
@@ -28,3 +31,23 @@ def test_a_state_folder_of_everybodys_is_refused(tmp_path: Path) -> None:
     with pytest.raises(StateError, match="is to hold the daemon's queue and ledger, and is meant for everybody"):
         daemon_in(tmp_path)
     assert not (tmp_path / "daemon.lock").exists()
+
+
+def test_the_folder_that_a_daemon_was_started_in_may_go(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """With `logs` beside it, as by default, every status was an error of the daemon's, and no session began anew."""
+    here, state = tmp_path / "here", tmp_path / "state"
+    here.mkdir()
+    monkeypatch.chdir(here)
+    settings = DaemonSettings(logs=Path("logs"), state=state, socket=tmp_path / "s.sock", web=Web(on=False))
+    daemon = Daemon(parts_of(compose.load(None), virtual=True), settings)
+    (here / "logs").rmdir()
+    here.rmdir()
+    status = daemon.status(None)
+    assert status["logs"] == f"{here}/logs"
+    assert status["recording_error"] == f"{here}/logs: the folder for the records is gone"
+    assert status["disk_free_gb"] is None
+
+    process = multiprocessing.get_context("spawn").Process(target=os.getpid)
+    start_process(process)
+    process.join()
+    assert process.exitcode == 0
