@@ -97,6 +97,9 @@ class Daemon:
             1, "session"
         )  # lives as long as the daemon: the loop is told when its maker's thread dies
         self._safe_mpa = parts.rig.safe.p1_mpa, parts.rig.safe.p2_mpa
+        self._marking = ThreadPoolExecutor(
+            1, "marks"
+        )  # its own: who waits for a disk with the marks of many takes no thread from the end of the daemon
         self._resetting, self._marks = False, 0
         self._over = asyncio.Event()
         self._began = time.monotonic()
@@ -166,6 +169,7 @@ class Daemon:
         self._notifier.say(STOPPING=1)
         for task in self._tasks:
             task.cancel()
+        self._monitor.begin_close()  # before anybody is waited for
         for planner in (self._checker, self._runner.planner):
             await asyncio.to_thread(planner.close)
         await asyncio.gather(*self._tasks, return_exceptions=True)
@@ -175,7 +179,8 @@ class Daemon:
         lost = await self._reports.end(self._wait_on)
         await self._retention.end()
         await self._server.close()
-        self._starter.shutdown()
+        for executor in (self._starter, self._marking):
+            executor.shutdown()
         await asyncio.get_running_loop().shutdown_default_executor()  # what a cancelled task had begun in a thread
         self._notifier.close()
         _LOG.info("ended; %s", "; ".join(filter(None, (left, lost))))
@@ -270,7 +275,8 @@ class Daemon:
             raise Refused(Code.REFUSED, "the recorder does not keep up with the marks; try again")
         self._marks += 1
         try:
-            await asyncio.to_thread(session.expect, Mark(text, time.monotonic_ns()))
+            mark = Mark(text, time.monotonic_ns())
+            await asyncio.get_running_loop().run_in_executor(self._marking, session.expect, mark)
         finally:
             self._marks -= 1
         return {"record": self._runner.current.name, "text": text}

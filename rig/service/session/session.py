@@ -117,6 +117,7 @@ class Session:
         """Whether the loop had ever ticked then: before, it writes nothing."""
         self.loop: BaseProcess | None = None
         self.recorder: BaseProcess | None = None
+        self._dismissed = False
         self._loop_pipe: Connection | None = None
         self._orders: Connection | None = None
         self._telling = threading.Lock()
@@ -283,15 +284,21 @@ class Session:
         orders.close()
         results.close()
 
+    def dismiss_loop(self) -> None:
+        """Tell the loop, once, to end through its safe state; waits for nobody."""
+        if self.loop is None or not self.loop.is_alive() or self._dismissed:
+            return
+        self._dismissed = True
+        with suppress(OSError):
+            if self._loop_pipe is not None:
+                self._loop_pipe.send("end")  # for a loop that still waits for its `go`
+        self.loop.terminate()  # SIGTERM: safe state, then the end
+
     def _end_loop(self) -> None:
         loop = self.loop
         if loop is None:
             return
-        if loop.is_alive() and loop.pid is not None:
-            with suppress(OSError):
-                if self._loop_pipe is not None:
-                    self._loop_pipe.send("end")  # for a loop that still waits for its `go`
-            loop.terminate()  # SIGTERM: safe state, then the end
+        self.dismiss_loop()
         deadline = time.monotonic() + END_PATIENCE_S
         while loop.is_alive() and time.monotonic() < deadline:
             if self.watch is not None:

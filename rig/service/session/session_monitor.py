@@ -105,6 +105,11 @@ class SessionMonitor:
         finally:
             self._opening = None
 
+    def begin_close(self) -> None:
+        """Let the loop leave through the safe state, without waiting for it; `close` does the rest."""
+        if self.session is not None:
+            self.session.dismiss_loop()
+
     def close(self, say: Callable[[str], None] = _LOG.warning) -> str:
         """End the session through the safe state; returns what became of the rig, in words. `say` gets a line every
         few seconds while the recorder is waited for, and the log what is lost of records."""

@@ -5,6 +5,7 @@ import logging
 import os
 import threading
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -14,8 +15,10 @@ from rig.app import compose
 from rig.app.supervise import parts_of
 from rig.realtime.faults import Fault
 from rig.realtime.ring import Ring
+from rig.service.connections import protocol
 from rig.service.daemon import Daemon
 from rig.service.queue.planner import Planner
+from rig.service.queue.queue_runner import QueueRunner
 from rig.service.records.operating_time import OperatingTime
 from rig.service.session.session_monitor import SessionMonitor
 from rig.service.settings import DaemonSettings, Web
@@ -34,7 +37,7 @@ def test_a_black_box_that_cannot_be_written_is_in_the_last_line_and_delays_no_sa
     lost_before_safe: list[bool] = []
 
     def opened(monitor: SessionMonitor) -> None:
-        monitor.session = SimpleNamespace(ring=ring, id=42, facts={})  # type: ignore[assignment]
+        monitor.session = SimpleNamespace(ring=ring, id=42, facts={}, dismiss_loop=list)  # type: ignore[assignment]
 
     def closed(monitor: SessionMonitor, _: Callable[[str], None]) -> str:
         monitor.session = None
@@ -108,3 +111,59 @@ def test_what_a_thread_had_begun_is_done_before_the_last_line(
     asyncio.run(serve())
     assert caplog.messages[-1] == "ended; the rig is safe"
     assert {message for message in caplog.messages if "at once" in message} == {"1 at once"}
+
+
+def test_the_rig_is_on_its_way_to_safe_before_anybody_is_waited_for(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    """Marks of eight clients, which a recorder did not take whose disk stood still, were all the threads that the end
+    had: the rig went on for a second, and the daemon for as long as the disk stood."""
+    caplog.set_level("INFO", logger="pamrig")
+    free, waits, order = threading.Event(), threading.Event(), list[str]()
+
+    def stuck(_: object) -> None:
+        waits.set()
+        assert free.wait(30.0)
+
+    def opened(monitor: SessionMonitor) -> None:
+        ring = SimpleNamespace(heartbeat_ns=0)
+        monitor.session = SimpleNamespace(  # type: ignore[assignment]
+            id=42, ring=ring, facts={}, expect=stuck, dismiss_loop=lambda: order.append("loop")
+        )
+
+    def closed(monitor: SessionMonitor, _: Callable[[str], None]) -> str:
+        monitor.session = None
+        order.append("session")
+        free.set()  # the recorder is ended, and with it what waits for him
+        return ""
+
+    monkeypatch.setattr(SessionMonitor, "open", opened)
+    monkeypatch.setattr(SessionMonitor, "close", closed)
+    monkeypatch.setattr(SessionMonitor, "check", lambda _: None)
+    monkeypatch.setattr(QueueRunner, "current", property(lambda _: tmp_path / "a.mcap", lambda *_: None), raising=False)
+    monkeypatch.setattr(Planner, "warm", lambda _: asyncio.sleep(0))
+    monkeypatch.setattr(Planner, "close", lambda _: order.append("planner"))
+    settings = DaemonSettings(logs=tmp_path / "logs", state=tmp_path, socket=tmp_path / "s.sock", web=Web(on=False))
+
+    async def marked() -> asyncio.StreamWriter:
+        _, writer = await asyncio.open_unix_connection(settings.socket)
+        writer.write(protocol.encode({"command": "mark", "text": "here"}))
+        return writer
+
+    async def serve() -> None:
+        asyncio.get_running_loop().set_default_executor(ThreadPoolExecutor(2))
+        daemon = Daemon(parts_of(compose.load(None), virtual=True), settings)
+        serving = asyncio.ensure_future(daemon.serve())
+        while "listening" not in caplog.text:
+            await asyncio.sleep(0.001)
+        clients = [await marked() for _ in range(8)]
+        while not waits.is_set() or caplog.text.count("command mark") < 8:
+            await asyncio.sleep(0.001)
+        daemon.end()
+        await serving
+        for client in clients:
+            client.close()
+            await client.wait_closed()
+
+    asyncio.run(asyncio.wait_for(serve(), 20.0))
+    assert order == ["loop", "planner", "planner", "session"]
