@@ -157,7 +157,7 @@ class Daemon:
 
     def _own_work(self) -> Iterator[Coroutine[Any, Any, None]]:
         yield from (self._turn(), self._runner.run(), self._house(), self._retention.run(), self._page.watch())
-        yield from (self._live.watch(self._starter), self._stay_reachable())
+        yield from (self._live.watch(self._starter), self._stay_reachable(), self._runner.space.watch())
 
     def _task_ended(self, task: "asyncio.Task[None]") -> None:
         """A task of the daemon ends only at the end; otherwise it is a bug, and the rig is not to go on with it."""
@@ -351,7 +351,7 @@ class Daemon:
             **self._runner.to_json(),
             "processes": processes_json(session),
             "realtime": session.facts.get("realtime", {}) if session else {},
-            "disk_free_gb": self._runner.free_gb,
+            "disk_free_gb": self._runner.space.gb,
             "logs": str(self._settings.logs),
             "retention": self._retention.to_json(),
             "clients": self._server.clients,

@@ -2,7 +2,6 @@
 
 import asyncio
 import logging
-import shutil
 import time
 from collections.abc import Collection, Coroutine
 from datetime import UTC, datetime
@@ -19,6 +18,7 @@ from rig.service.connections.protocol import Code, Refused
 from rig.service.processes import DISK_PATIENCE_S
 from rig.service.queue.job_queue import Job, JobState, Queue
 from rig.service.queue.planner import Planner, Published, Summary
+from rig.service.records.free_space import FreeSpace
 from rig.service.records.ledger import Ledger
 from rig.service.records.record_names import aside, free, vacated
 from rig.service.records.recorder_messages import RunOrder, RunResult
@@ -52,6 +52,8 @@ class QueueRunner:
     ) -> None:
         self._monitor, self._queue, self._rig, self._settings, self._ledger = monitor, queue, rig, settings, ledger
         self.planner = Planner(rig)
+        self.space = FreeSpace(settings.logs)
+        """On the disk where the records go."""
         self._held = True
         """Nothing is started by itself: not after a restart, not after a stop or a fault."""
         self._only: frozenset[int] | None = None
@@ -170,13 +172,13 @@ class QueueRunner:
             self._planning = None
 
     async def _records(self, job: Job, sweep: Summary) -> None:
-        self.check_space()
+        await self.check_space()
         job.folder = job.folder or str(await asyncio.to_thread(self._folder, job.name))
         await asyncio.to_thread(_make, Path(job.folder))
         for index in range(job.done, job.total):
+            await self.check_space()
             if self._held:
                 return
-            self.check_space()
             result = await self._record(job, sweep, index)
             if result is None or result.fault or result.error or self._monitor.fault:
                 self._give_up(job, JobState.STOPPED, self._why(result))
@@ -295,27 +297,21 @@ class QueueRunner:
         return result.error or "the run ended in a fault"
 
     @property
-    def free_gb(self) -> float | None:
-        """Room on the disk where the records go; None when that folder is gone."""
-        try:
-            return shutil.disk_usage(self._settings.logs).free / 1e9
-        except OSError:
-            return None
-
-    @property
     def recording_error(self) -> str:
         """Why records cannot be written at present; empty when nothing is known against it."""
         session = self._monitor.session
         if session is not None and session.trouble is not None:
             return session.trouble.error
-        return "" if self.free_gb is not None else f"{self._settings.logs}: the folder for the records is gone"
+        return self.space.trouble
 
-    def check_space(self) -> None:
-        """NoSpace when the disk has less free than is to be spared."""
-        logs, spare_gb, free_gb = self._settings.logs, self._settings.spare_gb, self.free_gb
-        if free_gb is None:
-            raise NoSpace(Code.REFUSED, f"{logs}: the folder for the records is gone; make it again, then go on")
-        if free_gb < spare_gb:
+    async def check_space(self) -> None:
+        """NoSpace when the disk has less free than is to be spared, or does not say."""
+        await self.space.look()
+        logs, spare_gb, free_gb = self._settings.logs, self._settings.spare_gb, self.space.gb
+        if trouble := self.space.trouble:
+            remedy = "make it again" if free_gb is None else "see what holds it up"
+            raise NoSpace(Code.REFUSED, f"{trouble}; {remedy}, then go on")
+        if free_gb is not None and free_gb < spare_gb:
             raise NoSpace(Code.REFUSED, f"{logs}: {free_gb:.2f} GB free; {spare_gb:g} GB are to be spared (`spare_gb`)")
 
     def _folder(self, name: str) -> Path:

@@ -50,7 +50,7 @@ class StartHandler:
 
     async def _queue_up(self, sweeps: list[Path], pause_s: float, before: str, holds: int) -> list[dict[str, Any]]:
         """`holds`: how often the queue had been stopped when the start was asked for."""
-        await asyncio.to_thread(self._runner.check_space)
+        await self._runner.check_space()
         planned = [(sweep, await self._checker.check(sweep)) for sweep in sweeps]
         self._require_unstopped(holds, "nothing was queued")
         waits = self._runner.interrupted

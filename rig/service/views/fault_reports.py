@@ -3,16 +3,16 @@
 import asyncio
 import contextlib
 import logging
-import threading
 import time
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, Final, TypeVar
+from typing import Final
 
 from rig.errors import RigError
 from rig.realtime.faults import Fault, explain
 from rig.realtime.safe_state import Outcome
 from rig.realtime.state import State
+from rig.service.aside import aside
 from rig.service.records import blackbox
 from rig.service.session.session_monitor import SessionMonitor
 
@@ -23,7 +23,6 @@ MOST_WAITING: Final = 8
 END_S: Final = 10.0
 """At most, for those that still wait when the daemon ends."""
 _LOG = logging.getLogger("pamrig")
-T = TypeVar("T")
 
 
 class FaultReports:
@@ -77,12 +76,12 @@ class FaultReports:
         if session is None:
             return
         message = self._monitor.message
-        box = await _aside(lambda: blackbox.take(session.ring, fault, message))
+        box = await aside(lambda: blackbox.take(session.ring, fault, message))
         said = ""
         while True:
             last = self._ending.is_set()
             try:
-                saved = await _aside(lambda: box.write(self._folder))
+                saved = await aside(lambda: box.write(self._folder))
             except RigError as error:
                 if last:
                     self._lose(fault.name, str(error))
@@ -128,26 +127,3 @@ class FaultReports:
     def _keep(self, saved: Path, why: str) -> None:
         self.black_boxes.append(saved)
         _LOG.warning("black box saved: %s (%s)", saved, why)
-
-
-async def _aside(work: Callable[[], T]) -> T:
-    """What `work` gives, from a thread that no process waits for at its end, unlike those of the event loop: a disk may
-    stand still."""
-    loop = asyncio.get_running_loop()
-    done: asyncio.Future[T] = loop.create_future()
-
-    def tell(how: Callable[[Any], None], what: Any) -> None:
-        if not done.done():
-            how(what)
-
-    def carry_out() -> None:
-        told: tuple[Callable[[Any], None], Any]
-        try:
-            told = (done.set_result, work())
-        except Exception as error:  # noqa: BLE001 - it is told to who waits for it
-            told = (done.set_exception, error)
-        with contextlib.suppress(RuntimeError):  # the event loop has ended
-            loop.call_soon_threadsafe(tell, *told)
-
-    threading.Thread(target=carry_out, name="black box", daemon=True).start()
-    return await done

@@ -1,8 +1,10 @@
 """What a daemon holds its folders to before it works with them."""
 
+import asyncio
 import multiprocessing
 import os
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -11,6 +13,8 @@ from rig.app.supervise import parts_of
 from rig.errors import StateError
 from rig.service.daemon import Daemon
 from rig.service.processes import start_process
+from rig.service.queue.planner import Planner
+from rig.service.session.session_monitor import SessionMonitor
 from rig.service.settings import DaemonSettings, Web
 
 
@@ -40,9 +44,20 @@ def test_the_folder_that_a_daemon_was_started_in_may_go(tmp_path: Path, monkeypa
     monkeypatch.chdir(here)
     settings = DaemonSettings(logs=Path("logs"), state=state, socket=tmp_path / "s.sock", web=Web(on=False))
     daemon = Daemon(parts_of(compose.load(None), virtual=True), settings)
-    (here / "logs").rmdir()
-    here.rmdir()
-    status = daemon.status(None)
+    monkeypatch.setattr(SessionMonitor, "open", lambda _: None)
+    monkeypatch.setattr(Planner, "warm", lambda _: asyncio.sleep(0))
+
+    async def without_it() -> dict[str, Any]:
+        serving = asyncio.ensure_future(daemon.serve())
+        (here / "logs").rmdir()
+        here.rmdir()
+        while not (status := daemon.status(None))["recording_error"]:
+            await asyncio.sleep(0.001)
+        daemon.end()
+        await serving
+        return status
+
+    status = asyncio.run(asyncio.wait_for(without_it(), 20.0))
     assert status["logs"] == f"{here}/logs"
     assert status["recording_error"] == f"{here}/logs: the folder for the records is gone"
     assert status["disk_free_gb"] is None

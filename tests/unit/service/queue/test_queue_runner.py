@@ -115,7 +115,7 @@ def test_two_daemons_with_the_same_logs_have_a_folder_each_for_a_sweep_of_one_se
 def test_a_full_disk_is_said_before_a_sweep_is_queued(tmp_path: Path) -> None:
     (tmp_path / "logs").mkdir()
     with pytest.raises(NoSpace, match=r"GB free; 1e\+06 GB are to be spared \(`spare_gb`\)"):
-        runner(tmp_path, 1e6)[0].check_space()
+        asyncio.run(runner(tmp_path, 1e6)[0].check_space())
 
 
 def test_only_the_jobs_that_were_asked_for_are_begun(tmp_path: Path) -> None:
