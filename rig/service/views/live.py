@@ -17,7 +17,7 @@ from multiprocessing.process import BaseProcess
 from pathlib import Path
 from typing import Final
 
-from rig.errors import RigError
+from rig.errors import RigError, StateError
 from rig.log.mcap import schema
 from rig.realtime.faults import explain
 from rig.realtime.ring import Ring, RingReader
@@ -97,12 +97,15 @@ class LiveView:
 
 def show(ring_path: Path, session: int, port: int, parent: int) -> None:
     """Entry of the live view's process: every sample to whoever looks, until the daemon is gone."""
-    import foxglove
-
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     with suppress(OSError):
         os.nice(_NICE)
-    ring = Ring.attach(ring_path, session)
+    try:
+        ring = Ring.attach(ring_path, session)  # before the import, which takes longer than a session may last
+    except StateError:
+        return  # a reset ended it while this process began; the session after it is shown by a process of its own
+    import foxglove
+
     reader = RingReader(ring)
     server = foxglove.start_server(name="pamrig", host=HOST, port=port)
     message_schema = foxglove.Schema(
