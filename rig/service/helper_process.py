@@ -10,6 +10,7 @@ import multiprocessing
 import os
 import resource
 import threading
+import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from multiprocessing.connection import Connection
@@ -18,13 +19,20 @@ from pathlib import Path
 from typing import Any, Final, TypeVar
 
 from rig.errors import RigError
-from rig.service.processes import start_process
+from rig.service.processes import is_stopped, start_process
 
 T = TypeVar("T")
 _START_S: Final = 120.0
 """For a process to come so far that it listens, on a machine that does other work too."""
+_LOOK_S: Final = 0.2
+"""From one look at a process that takes its time to the next."""
 _NICE: Final = 10
 """Below what an emergency stop goes through, and above what nobody waits for (decision 0423)."""
+
+
+class _StoppedBySignal(EOFError):
+    """It does not come back by itself: who waited had its whole patience to wait, and was told of a request that is too
+    large."""
 
 
 @dataclass(frozen=True)
@@ -51,7 +59,13 @@ class HelperProcess:
     def ask(self, request: tuple[Any, ...], patience_s: float) -> Any:
         """What the process answers; blocks, so call it from a thread. RigError and MemoryError as they are raised
         there, or where no process can be had, TimeoutError when it takes longer, EOFError when it has ended (or `close`
-        was called)."""
+        was called). One that somebody has stopped is replaced, once."""
+        try:
+            return self._ask_one(request, patience_s)
+        except _StoppedBySignal:
+            return self._ask_one(request, patience_s)
+
+    def _ask_one(self, request: tuple[Any, ...], patience_s: float) -> Any:
         try:
             process, pipe = self._ready()
         except OSError as error:
@@ -60,8 +74,11 @@ class HelperProcess:
             in_time = self._is_up(process, pipe)
             if in_time:
                 pipe.send(request)
-                in_time = pipe.poll(patience_s)
+                in_time = _hears(pipe, process, patience_s)
             answer = pipe.recv() if in_time else None
+        except _StoppedBySignal:
+            self._end(process)
+            raise
         except (EOFError, OSError):
             self._end(process)
             raise EOFError from None
@@ -76,7 +93,7 @@ class HelperProcess:
 
     def _is_up(self, process: BaseProcess, pipe: Connection) -> bool:
         """A fresh process has said that it listens; its imports are no part of anybody's patience."""
-        if self._up is not process and pipe.poll(_START_S):
+        if self._up is not process and _hears(pipe, process, _START_S):
             pipe.recv()
             self._up = process
         return self._up is process
@@ -130,6 +147,17 @@ class HelperProcess:
         process.join()
         if process is self.process:
             self.process = None
+
+
+def _hears(pipe: Connection, process: BaseProcess, patience_s: float) -> bool:
+    """Something comes within `patience_s`; _StoppedBySignal when nothing can."""
+    deadline = time.monotonic() + patience_s
+    while not pipe.poll(min(_LOOK_S, max(deadline - time.monotonic(), 0.0))):
+        if is_stopped(process.pid):
+            raise _StoppedBySignal
+        if time.monotonic() >= deadline:
+            return False
+    return True
 
 
 async def _to_its_end(work: "asyncio.Future[None]") -> None:

@@ -1,7 +1,9 @@
 """A process for what may be large, slow or a trap: what becomes of it where the machine allows little."""
 
 import errno
+import os
 import resource
+import signal
 from multiprocessing.connection import Connection
 
 import pytest
@@ -25,6 +27,24 @@ def test_a_limit_that_is_there_already_is_kept(hard_gb: int, soft_gb: int) -> No
     helper = HelperProcess(serve_within, (hard_gb * GB,), "pamrig-test")
     try:
         assert helper.ask((), 60.0) == (soft_gb * GB, hard_gb * GB)
+    finally:
+        helper.close()
+
+
+def serve_its_pid(pipe: Connection) -> None:
+    """Entry of one that says who it is."""
+    serve_requests(pipe, os.getpid, 2 * GB)
+
+
+def test_one_that_somebody_has_stopped_is_replaced() -> None:
+    """A `start` waited for two minutes, and was told that its sweep is too large."""
+    helper = HelperProcess(serve_its_pid, (), "pamrig-test")
+    try:
+        first = helper.ask((), 60.0)
+        os.kill(first, signal.SIGSTOP)
+        assert helper.ask((), 60.0) != first
+        with pytest.raises(ProcessLookupError):
+            os.kill(first, 0)
     finally:
         helper.close()
 
