@@ -20,6 +20,7 @@ from rig.realtime.safe_state import Outcome, SafeReport, Writer, insist
 from rig.realtime.shared import KEPT_RING
 from rig.realtime.state import Event, State, after
 from rig.rig_config import RigConfig
+from rig.service.aside import aside
 from rig.service.connections.protocol import Code, Refused
 from rig.service.records.recorder_messages import RunResult, message_of
 from rig.service.session.last_resort import last_resort
@@ -304,21 +305,22 @@ class SessionMonitor:
             )
 
     async def _write_alone(self) -> SafeReport:
-        """The safe state by this process, as long as there is no loop."""
+        """The safe state by this process, as long as there is no loop; on threads of its own, for those that all share
+        may wait for a disk."""
         make = self._parts.watching.second_path if self._parts.watching is not None else None
         if make is None:
             return SafeReport(Writer.CONTROL, outcome=Outcome.ENDED)
-        path = await asyncio.to_thread(make)
+        path = await aside(make)
         try:
-            outcome = await asyncio.to_thread(insist, path, ESTOP_PATIENCE_S)
+            outcome = await aside(lambda: insist(path, ESTOP_PATIENCE_S))
             if outcome < Outcome.WRITTEN:
-                await asyncio.to_thread(path.safe)  # for its words
+                await aside(path.safe)  # for its words
         except RigError as error:
             raise Refused(
                 Code.REFUSED, f"emergency stop not carried out: there is no loop, and {error}; {_BY_HAND}"
             ) from None
         finally:
-            await asyncio.to_thread(path.close)
+            await aside(path.close)
         self._refuse_if_overruled()
         return SafeReport(Writer.CONTROL, outcome=outcome, written_ns=time.monotonic_ns())
 

@@ -4,6 +4,7 @@ import asyncio
 import errno
 import gc
 import os
+import threading
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
@@ -18,9 +19,11 @@ from rig.app.supervise import parts_of
 from rig.errors import StateError
 from rig.realtime.faults import Fault
 from rig.realtime.ring import Ring
+from rig.realtime.safe_state import Outcome, SafeReport, SecondPath
 from rig.realtime.shared import folder, living_owner
 from rig.realtime.state import Event, State
 from rig.service.connections.protocol import Refused
+from rig.service.session.session import Watching
 from rig.service.session.session_monitor import SessionMonitor
 
 
@@ -150,3 +153,23 @@ def test_a_fault_stands_while_a_reset_opens_the_rig_anew(monkeypatch: pytest.Mon
     monitor.reopen(monitor.estops)
     monitor.close()
     assert set(seen) == {(State.FAULT, Fault.ESTOP)}
+
+
+def test_an_emergency_stop_without_a_loop_waits_for_no_disk() -> None:
+    """Commands that write the queue, on a disk that stood still, had every thread that it needed."""
+    written, disk = list[str](), threading.Event()
+    path = SecondPath(lambda: written.append("safe"), lambda: True)
+    parts = replace(parts_of(load(None), virtual=True), watching=Watching(lambda *_: None, (), lambda: path))
+
+    async def stop() -> SafeReport:
+        loop = asyncio.get_running_loop()
+        loop.set_default_executor(ThreadPoolExecutor(1))
+        waits = loop.run_in_executor(None, disk.wait, 30.0)
+        try:
+            return await asyncio.wait_for(SessionMonitor(parts).estop(), 10.0)
+        finally:
+            disk.set()
+            await waits
+
+    assert asyncio.run(stop()).outcome is Outcome.SEEN
+    assert written
