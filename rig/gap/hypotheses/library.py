@@ -156,6 +156,8 @@ acts on the joint stands behind it. Dry friction is then what a play is, viscous
 HARDLY_DAMPED = tuple(FREE_JOINT | {"tau_s": tau} for tau in (0.004, 0.012))
 """A mass on a free joint rings for a while: for ever none does that a rig has, and one that is damped more is told from
 viscous friction by nothing."""
+CREEPS = {"share": (-0.5, 0.5), "tau_s": (0.4, 40.0)}
+"""Half of an angle at most comes late: a creep that takes more within seconds is any slow joint (muscles creep by a tenth)."""
 CHOKED = tuple({"exhaust_mpa_s": exhaust, "choked": 1.0} for exhaust in (0.15, 0.3, 0.6, 1.2))
 UNCHOKED = tuple({"exhaust_mpa_s": exhaust} for exhaust in (0.15, 0.3, 0.6))
 EITHER_MUSCLE = ({"muscle": 1.0}, {"muscle": 2.0})
@@ -187,6 +189,7 @@ _LIBRARY: tuple[Effect, ...] = (
     Effect("valve_lag", (Law("valve_lag", ("tau_s",), TIMES, shapes=_both(*ONE_VALVE)),
                          *(Law("valve_filter", ("tau_s",), TIMES, shapes=({"poles": poles},)) for poles in (1.0, 2.0, 3.0)),
                          Law("valve_filter", ("tau_s",), TIMES, shapes=ONE_VALVE),
+                         Law("signal_volume", ("signal_s", "turbulent_mpa_s"), TIMES[1:], shapes=({"turbulent_mpa_s": 0.03}, {"turbulent_mpa_s": 0.3})),
                          Law("valve_lag", ("tau_s",), (-0.1, -0.35, -0.7), "regulator_s", shapes=_both(), bounds={"tau_s": (-1.0, 0.0)})),
            "pressures follow more slowly, filling and exhausting alike", "late", "valve_lag"),
     Effect("valve_slew", (
@@ -194,6 +197,8 @@ _LIBRARY: tuple[Effect, ...] = (
         Law("valve_slew", ("fill_mpa_s",), (0.95, 0.8, 0.6, 0.35), "rate_mpa_s", tied={"exhaust_mpa_s": "fill_mpa_s"}, shapes=ONE_VALVE),
         *_winding(Law("valve_slew", ("fill_mpa_s", "exhaust_mpa_s"), (3.0, 1.3, 0.9, 0.6, 0.35), "rate_mpa_s", shapes=CHOKED)),
         Law("valve_slew", ("fill_mpa_s", "exhaust_mpa_s"), (1.3, 0.8, 0.4), "rate_mpa_s", shapes=UNCHOKED),
+        Law("set_point_ramp", ("rate_mpa_s",), (0.95, 0.85, 0.7, 0.5, 0.3, 0.15), "rate_mpa_s"),
+        Law("set_point_ramp", ("rate_mpa_s", "brakes_s"), (3.0, 1.5, 0.85, 0.5, 0.3), "rate_mpa_s", shapes=({"brakes_s": 0.1},), bounds={"brakes_s": (0.02, 1.0)}),
     ), "fast changes of pressure become ramps, slow ones are untouched", "slew", "slew"),
     Effect("fill_exhaust_asymmetry", (
         Law("fill_exhaust_asymmetry", ("ratio",), (0.3, 0.5, 0.7, 0.85, 1.15, 1.5, 2.0, 3.0, 5.0), shapes=({"fill_share": 0.0},)),
@@ -208,6 +213,8 @@ _LIBRARY: tuple[Effect, ...] = (
         Law("valve_dead_band", ("width_mpa",), FAR, "swing_mpa", shapes=({"edge": 1.0},)),
         Law("valve_dead_band", ("width_mpa", "one_way"), FAR, "swing_mpa", shapes=({"edge": 1.0, "one_way": 0.5}, {"edge": 1.0, "one_way": -0.5})),
         Law("numb_regulator", ("width_mpa", "integral_s"), FAR, "swing_mpa", shapes=({"integral_s": 0.1}, {"integral_s": 0.4}, {"integral_s": 1.0}),
+            bounds={"integral_s": (0.05, 10.0)}),
+        Law("overlapped_valve", ("overlap_mpa", "integral_s"), FAR, "swing_mpa", shapes=({"integral_s": 0.1}, {"integral_s": 0.4}, {"integral_s": 1.0}),
             bounds={"integral_s": (0.05, 10.0)}),
         Law("valve_dead_band", ("width_mpa",), HOLDS, "swing_mpa", shapes=tuple({"edge": edge} for edge in (0.1, 0.2, 0.3, 0.4, 0.6))),
         Law("valve_dead_band", ("width_mpa",), FAR, "swing_mpa", shapes=tuple({"edge": 1.0} | one for one in ONE_VALVE)),
@@ -238,14 +245,15 @@ _LIBRARY: tuple[Effect, ...] = (
     ), "one pressure lower by a share; behind the monitor only the angle shows it", "offset", "mismatch", two_muscles=True, also_right=("valve",)),
     Effect("creep", (
         Law("creep", ("share", "tau_s"), (0.02, 0.1), signs=BOTH_SIGNS, shapes=tuple({"tau_s": t, "relaxed": 0.0} for t in (0.7, 3.0, 12.0)),
-            bounds={"tau_s": (0.4, 40.0)}),
+            bounds=CREEPS),
         Law("creep", ("share", "tau_s"), (0.02, 0.1), signs=BOTH_SIGNS, shapes=tuple({"tau_s": t, "relaxed": 1.0} for t in (0.7, 2.0, 8.0)),
-            bounds={"tau_s": (0.4, 40.0)}),
+            bounds=CREEPS),
         Law("creep", ("share", "tau_s"), (0.05, 0.2), signs=BOTH_SIGNS, shapes=tuple({"tau_s": 3.0, "relaxed": r, "decades": 2.0} for r in (0.0, 1.0)),
-            bounds={"tau_s": (0.4, 40.0)}),
+            bounds=CREEPS),
     ), "the angle keeps moving slowly after the pressure has settled; loops wider at low frequency", "creep", "creep"),
     Effect("thermal_drift", (Law("thermal_drift", ("rate_per_min",), (0.01, 0.05, 0.2, 0.6), signs=BOTH_SIGNS),
                              Law("stiffness", ("rise_per_min",), (0.3, 1.0, 3.0)), Law("stiffness", ("rise_per_min",), (-0.2, -0.6, -1.5)),
+                             Law("heated_muscles", ("rate_per_min", "balance"), (0.05, 0.2, 0.6), signs=BOTH_SIGNS, shapes=({"heat_s": 30.0},), bounds={"balance": (-1.0, 1.0)}),
                              Law("one_muscle_warms", ("rate_per_min",), (0.01, 0.05, 0.2, 0.6), signs=BOTH_SIGNS, shapes=EITHER_MUSCLE)),
            "the amplitude grows or shrinks through each record, and the angle wanders where one muscle warms more", "drift", "thermal"),
     Effect("coulomb_friction", (Law("coulomb_friction", ("width_deg",), WIDTHS, "span_deg"),

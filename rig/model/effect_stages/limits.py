@@ -117,6 +117,32 @@ def numb_regulator(p1: Values, p2: Values, y: Values, state: Values, params: Seq
         p2[i] += state[OFF + 1]
 
 
+def overlapped_valve(p1: Values, p2: Values, y: Values, state: Values, params: Sequence[float], dt_s: float) -> None:
+    """The valve of a regulator that integrates does not open below a drive: its spool overlaps, or sticks on its seat;
+    params: overlap_mpa, integral_s, balance, tau0_s.
+
+    Unlike a regulator that sees no small errors its integrator goes on until the valve opens, so a pressure stands
+    still at turning points, and then goes all the way (dead zone of an actuator behind a PI controller: Tao and
+    Kokotovic, Adaptive Control of Systems with Actuator and Sensor Nonlinearities, 1996, chapter 2). Places of the
+    state as in `numb_regulator`.
+    """
+    was, winds = math.exp(-dt_s / max(params[3], 1e-6)), dt_s / max(params[1], dt_s)
+    for i in range(len(p1)):
+        if state[0] == 0.0:
+            state[0], state[NOMINAL], state[NOMINAL + 1] = 1.0, p1[i], p2[i]
+        for valve in range(2):
+            now = p1[i] if valve == 0 else p2[i]
+            width = params[0] * min(1.0, 1.0 + params[2] * (1.0 - 2.0 * valve))
+            nominal = (now - state[NOMINAL + valve]) / (1.0 - was)
+            state[NOMINAL + valve] = now
+            drive = nominal - state[OFF + valve] + state[LACKS + valve]
+            state[LACKS + valve] -= winds * state[OFF + valve]
+            drive -= min(max(drive, -width), width)
+            state[OFF + valve] += (1.0 - was) * (drive - nominal)
+        p1[i] += state[OFF]
+        p2[i] += state[OFF + 1]
+
+
 def pressure_ceiling(p1: Values, p2: Values, y: Values, state: Values, params: Sequence[float], dt_s: float) -> None:
     """No regulator goes beyond the ceiling, whatever its set-point; params: ceiling_mpa, tau0_s, integral_s."""
     was = math.exp(-dt_s / max(params[1], 1e-6))

@@ -6,7 +6,7 @@ sensor.
 
 from typing import Final
 
-from rig.model.effect_stages import joint, limits, muscle, sensor, timing, valve
+from rig.model.effect_stages import joint, limits, muscle, sensor, set_points, timing, valve
 from rig.model.effect_stages.stage import EffectParameter, EffectStage
 from rig.model.equations.joint_balance import LOOP_RADII_DEG, STATE_SIZE
 from rig.model.slots import Slot, StageFunction
@@ -99,6 +99,12 @@ OWN_STAGES: dict[str, EffectStage] = {
         _P("choked", "1", 0.0, 1.0, 0.0, "1: exhausting slows down as the pressure falls, as through an orifice"),
         _P("soft", "1", 0.0, 1.0, 0.0, "1: a resistance in series, that takes half of the flow at the limit"),
         _INTEGRAL),
+    "set_point_ramp": _entry("valve_slew", "valve@timing", set_points.set_point_ramp, set_points.SET_POINT_STATE,
+        _P("rate_mpa_s", "MPa/s", 0.01, limits.UNLIMITED_MPA_S, limits.UNLIMITED_MPA_S, "limit of the set-point's rate"),
+        _P("brakes_s", "s", 0.0, 2.0, 0.0, "time in which that rate is reached, and left; 0: at once")),
+    "signal_volume": _entry("valve_lag", "valve@timing", set_points.signal_volume, set_points.SET_POINT_STATE,
+        _P("signal_s", "s", 0.0, 2.0, 0.0, "time constant of small changes"),
+        _P("turbulent_mpa_s", "MPa/s", 0.001, 1000.0, 1000.0, "flow from which the drop goes with its square")),
     "fill_exhaust_asymmetry": _entry("fill_exhaust_asymmetry", "valve", valve.fill_exhaust_asymmetry, 5,
         _P("ratio", "1", 0.02, 50.0, 1.0, "exhaust over fill time constant"),
         _P("fill_share", "1", 0.0, 1.0, 0.0, "0 exhausting changed, 1 filling changed"), _BALANCE, _TAU0),
@@ -115,6 +121,9 @@ OWN_STAGES: dict[str, EffectStage] = {
     "numb_regulator": _entry("valve_dead_band", "valve", limits.numb_regulator, limits.NUMB_STATE,
         _P("width_mpa", "MPa", 0.0, 0.2, 0.0, "error that a regulator does not see, which goes on as before then"),
         _P("integral_s", "s", 0.0, 10.0, 0.0, "its integral time"), _BALANCE, _TAU0),
+    "overlapped_valve": _entry("valve_dead_band", "valve", limits.overlapped_valve, limits.NUMB_STATE,
+        _P("overlap_mpa", "MPa", 0.0, 0.2, 0.0, "error at which the valve of a regulator begins to open"),
+        _P("integral_s", "s", 0.0, 10.0, 0.0, "the regulator's integral time"), _BALANCE, _TAU0),
     "pressure_ceiling": _entry("pressure_ceiling", "valve", limits.pressure_ceiling, limits.MORE,
         _P("ceiling_mpa", "MPa", 0.02, 2.0, 2.0, "highest pressure"), _TAU0, _INTEGRAL),
     "low_supply": _entry("pressure_ceiling", "valve", limits.low_supply, limits.MORE,
@@ -148,6 +157,11 @@ OWN_STAGES: dict[str, EffectStage] = {
         _P("decades", "1", 0.0, 4.0, 0.0, "over how many its times spread; 0: one time constant")),
     "thermal_drift": _entry("thermal_drift", "muscle@joint", muscle.thermal_drift, 1,
         _P("rate_per_min", "1/min", -2.0, 2.0, 0.0, "change of strength a minute")),
+    "heated_muscles": _entry("thermal_drift", "muscle<", muscle.heated_muscles, 5,
+        _P("rate_per_min", "1/min", -2.0, 2.0, 0.0,
+            f"change of strength a minute while a pressure moves by {muscle.HEATING_MPA_S:g} MPa/s"),
+        _P("heat_s", "s", 1.0, 1000.0, 30.0, "time constant in which the heat goes again"),
+        _P("balance", "1", -2.0, 2.0, 0.0, "0 both muscles, 1 muscle 1 alone, -1 muscle 2 alone")),
     "one_muscle_warms": _entry("thermal_drift", "muscle<", muscle.one_muscle_warms, 1,
         _P("rate_per_min", "1/min", -2.0, 2.0, 0.0, "change of that muscle's strength a minute"), _MUSCLE),
     "coulomb_friction": _balanced("coulomb_friction", "width_deg"),

@@ -53,7 +53,16 @@ def _valve_offset(numbers: Numbers) -> str:
     return f"{_valves(numbers, 'Both pressures are', 'The pressure of valve {} is')} {by} {up} {{than}}"
 
 
+def _valve_lag(numbers: Numbers) -> str:
+    if "signal_s" in numbers:
+        return f"Something ahead of the regulators slows the set-point down, by {size(numbers['signal_s'])} where it changes little and by more where it changes much"
+    answer = _valves(numbers, "The regulators answer", "Regulator {} answers")
+    return f"{answer} {size(numbers['tau_s'])} {_more(numbers, 'tau_s', 'later', 'sooner')} {{than}}"
+
+
 def _valve_slew(numbers: Numbers) -> str:
+    if "rate_mpa_s" in numbers:
+        return f"The set-points are followed by no more than {size(numbers['rate_mpa_s'])}, as by a ramp that is set in the regulators"
     fill, empty = numbers["fill_mpa_s"], numbers.get("exhaust_mpa_s")
     whose = _valves(numbers, "the regulators", "regulator {}")
     if empty is None or empty.value == fill.value:
@@ -98,6 +107,8 @@ def _supply_droop(numbers: Numbers) -> str:
 
 
 def _dead_band(n: Numbers) -> str:
+    if "overlap_mpa" in n:
+        return f"The valves of the regulators do not open before the pressure is {size(n['overlap_mpa'])} off, until the regulators' integral action has made up for it"
     who, by, more = _valves(n, "The regulators do", "Regulator {} does"), size(n["width_mpa"]), value(n, "one_way")
     if "integral_s" in n:
         return f"{who} not see errors below {by}, and the pressure goes on as before meanwhile"
@@ -148,6 +159,9 @@ def _warming(numbers: Numbers) -> str:
     if "muscle" in numbers:
         stronger = _more(numbers, "rate_per_min", "stronger", "weaker")
         return f"{_muscle(numbers)} gets {stronger} by {size(numbers['rate_per_min'])}"
+    if "heat_s" in numbers:
+        stronger = _more(numbers, "rate_per_min", "stronger", "weaker")
+        return f"The muscles get {stronger} by their own heat, by {size(numbers['rate_per_min'])} of brisk work"
     if "rate_per_min" in numbers:
         grows = _more(numbers, "rate_per_min", "grows", "shrinks")
         return f"The motion {grows} by {size(numbers['rate_per_min'])}"
@@ -190,14 +204,14 @@ ON_THE_RIG: Mapping[str, OnTheRig] = {
         "the regulators' or the output's scaling; a regulator that ages", "the regulators against a reference gauge (pamrig devices calibrate pressures)"),
     "valve_offset": OnTheRig("another zero of the valves", _valve_offset,
         "the regulator's zero; the zero of the analogue output or of the monitor", "both monitors with the air vented: they should read 0"),
-    "valve_lag": OnTheRig("slower or quicker regulators", lambda n: f"{_valves(n, 'The regulators answer', 'Regulator {} answers')} {size(n['tau_s'])} {_more(n, 'tau_s', 'later', 'sooner')} {{than}}",
+    "valve_lag": OnTheRig("slower or quicker regulators", _valve_lag,
         "later: a low supply pressure, long or thin hoses, larger muscles, a clogged filter or silencer; sooner: a higher supply pressure, shorter or wider hoses, a filter or silencer that was cleaned", "the supply while the rig moves; hoses, filters and silencers; a step of the set-point"),
     "valve_slew": OnTheRig("a limited flow", _and_after(_valve_slew),
-        "too small a valve, nozzle or hose; a throttle; a low supply", "throttles, nozzles and silencers; a large step of the set-point"),
+        "too small a valve, nozzle or hose; a throttle; a low supply; a ramp set in the regulator or the controller", "throttles, nozzles and silencers; a large step of the set-point"),
     "fill_exhaust_asymmetry": OnTheRig("filling and emptying at different speeds", _and_after(_one_way),
         "a clogged silencer or throttle on one way, also in the tube of a muscle; the supply close to the pressure asked for", "the exhaust's silencer; throttles and check valves in the tubes; the supply pressure; a step up and a step down"),
     "valve_dead_band": OnTheRig("a dead band of the valves", _dead_band,
-        "dry friction of the spool; a dead band set in the regulator", "the regulator's settings; a slow ramp of the set-point"),
+        "dry friction, or overlap, of the spool; a dead band set in the regulator", "the regulator's settings; a slow ramp of the set-point"),
     "pressure_ceiling": OnTheRig("a ceiling of the pressure", _and_after(_ceiling),
         "the supply is lower than what is asked for; a limit set in the regulator or the output", "the supply's gauge; the regulator's range"),
     "supply_droop": OnTheRig("a supply that sags", _and_after(_supply_droop),

@@ -268,6 +268,31 @@ def test_a_regulator_that_integrates_and_sees_no_small_errors_is_a_pi_controller
     assert np.std(missed[600:]) < 0.1 * np.std(off[600:])
 
 
+def behind_overlap(asked: list[float], width: float, integral_s: float, tau_s: float) -> list[float]:
+    """What a PI regulator makes of set-points whose valve does not open below a drive of this width."""
+    pressure, held, out = asked[0], 0.0, []
+    for one in asked:
+        error = one - pressure
+        drive = error + held
+        held += DT / integral_s * error
+        drive -= min(max(drive, -width), width)
+        pressure += (1.0 - np.exp(-DT / tau_s)) * drive
+        out.append(float(pressure))
+    return out
+
+
+@pytest.mark.parametrize("integral_s", [0.15, 0.6, 2.0])
+def test_an_overlapped_valve_is_a_pi_controller_with_a_dead_zone_behind_it(integral_s: float) -> None:
+    time = DT * np.arange(3000)
+    asked = list(0.2 + 0.06 * np.sin(2 * np.pi * 0.3 * time) + 0.02 * np.sin(2 * np.pi * 0.71 * time))
+    nominal = behind_overlap(asked, 0.0, integral_s, 0.05)
+    stuck = behind_overlap(asked, 0.006, integral_s, 0.05)
+    made = steps("overlapped_valve", {"overlap_mpa": 0.006, "integral_s": integral_s, "tau0_s": 0.05}, nominal)
+    off, missed = np.array(stuck) - np.array(nominal), np.array(made) - np.array(stuck)
+    assert np.std(off[600:]) > 0.002
+    assert np.std(missed[600:]) < 0.02 * np.std(off[600:])
+
+
 @pytest.mark.parametrize("turbulent_mpa_s", [1000.0, 0.3])
 @pytest.mark.parametrize("fill_share", [0.0, 1.0])
 def test_behind_a_throttle_a_ramp_is_late_in_one_direction_alone(fill_share: float, turbulent_mpa_s: float) -> None:
