@@ -100,7 +100,7 @@ OWN_STAGES: dict[str, EffectStage] = {
         _P("soft", "1", 0.0, 1.0, 0.0, "1: a resistance in series, that takes half of the flow at the limit"),
         _INTEGRAL),
     "set_point_ramp": _entry("valve_slew", "valve@timing", set_points.set_point_ramp, set_points.SET_POINT_STATE,
-        _P("rate_mpa_s", "MPa/s", 0.01, limits.UNLIMITED_MPA_S, limits.UNLIMITED_MPA_S, "limit of the set-point's rate"),
+        _P("rate_mpa_s", "MPa/s", 0.01, limits.UNLIMITED_MPA_S, limits.UNLIMITED_MPA_S, "limit of a set-point"),
         _P("brakes_s", "s", 0.0, 2.0, 0.0, "time in which that rate is reached, and left; 0: at once")),
     "signal_volume": _entry("valve_lag", "valve@timing", set_points.signal_volume, set_points.SET_POINT_STATE,
         _P("signal_s", "s", 0.0, 2.0, 0.0, "time constant of small changes"),

@@ -78,6 +78,7 @@ def sized(key: str) -> dict[str, float]:
         "low_supply": 0.3,
         "end_stop": 15.0,
         "valve_slew": 0.2,
+        "set_point_ramp": 0.2,
         "fill_exhaust_asymmetry": 3.0,
         "supply_droop": 0.05,
         "clogged_line": 0.5,
