@@ -1,7 +1,8 @@
 """What an answer is compared with, in sentences, and that nothing stands out beside it. No number is computed here."""
 
-from rig.gap.answer.result import Diagnosis
-from rig.gap.answer.words.sizes import degrees
+from rig.gap.answer.facts import ABSORBED_SHARE, Retuning
+from rig.gap.answer.result import Diagnosis, Interval
+from rig.gap.answer.words.sizes import degrees, size
 from rig.gap.raw_tests.signature import MONITOR
 from rig.gap.reference.kinds import Kind
 from rig.gap.settings import ABOVE_FLOOR
@@ -67,9 +68,28 @@ def reference(diagnosis: Diagnosis) -> str:
     return f"{name}{because}. The angle is {degrees(gap.rms_deg)} deg rms off; {usual}."
 
 
+def absorbed(diagnosis: Diagnosis) -> bool:
+    """A gap above the usual one that goes when the simulator's own parameters are fitted again."""
+    gap, tuning = diagnosis.gap, diagnosis.retuning
+    return tuning is not None and tuning.closes_fraction >= ABSORBED_SHARE and gap.rms_deg > gap.floor_deg
+
+
+def moves(tuning: Retuning) -> list[str]:
+    """Each parameter's move; without those too small to be seen in the digits that a person is told."""
+    told = []
+    for one in tuning.moved:
+        half = 0.5 * (one.high - one.low)
+        here = size(Interval(one.before, one.before - half, one.before + half, one.unit), signed=True)
+        there = size(Interval(one.after, one.low, one.high, one.unit), signed=True)
+        told += [] if here == there else [f"{one.name} goes from {here} to {there}"]
+    return told
+
+
 def nothing(diagnosis: Diagnosis) -> str:
     """That nothing is found; of the angle alone where a pressure monitor is not heard, which is said first."""
-    said = _nothing(diagnosis)
+    tuning = diagnosis.retuning
+    own = tuning is not None and from_model(diagnosis) and absorbed(diagnosis) and bool(moves(tuning))
+    said = _its_own(diagnosis, tuning) if own and tuning is not None else _nothing(diagnosis)
     if not (dead := "; ".join(one.text for one in diagnosis.observations if one.test.startswith(MONITOR))):
         return said
     return f"{dead[:1].upper()}{dead[1:]}. By the angle alone {said[:1].lower()}{said[1:]}"
@@ -96,6 +116,17 @@ def _nothing(diagnosis: Diagnosis) -> str:
     elif from_model(diagnosis):
         rest += " A cause that moves the angle by much less than that need not show."
     return f"{start}; {rest}"
+
+
+def _its_own(diagnosis: Diagnosis, tuning: Retuning) -> str:
+    """That the simulator's own parameters say what no effect need."""
+    gap = diagnosis.gap
+    return (
+        f"The simulator is {degrees(gap.rms_deg)} deg off (rms), and its own parameters explain that: fitted to these "
+        f"records again, it is {degrees(tuning.after_deg)} deg off, and no effect that it lacks is needed. "
+        f"What moves most plainly: {moves(tuning)[0]}. Whether the rig is built so, or something acts on it that looks the same "
+        f"(Re-tuning, below), these records do not tell; {degrees(gap.floor_deg)} deg is {SOURCES[gap.floor_source]}."
+    )
 
 
 def _far_and_nothing(diagnosis: Diagnosis) -> str:

@@ -8,9 +8,21 @@ from collections.abc import Sequence
 
 from rig.channels import Channels
 from rig.gap.answer.chain import NAMES
-from rig.gap.answer.facts import ABSORBED_SHARE, RAW, Link, ParameterMove, Verdict
+from rig.gap.answer.facts import RAW, Link, Verdict
 from rig.gap.answer.result import Cause, Diagnosis, Interval, Observation
-from rig.gap.answer.words.compared import FAR, FEW, SOURCES, error, from_model, no_effect, nothing, reference, than
+from rig.gap.answer.words.compared import (
+    FAR,
+    FEW,
+    SOURCES,
+    absorbed,
+    error,
+    from_model,
+    moves,
+    no_effect,
+    nothing,
+    reference,
+    than,
+)
 from rig.gap.answer.words.on_any_rig import on_the_rig
 from rig.gap.answer.words.on_the_rig import ON_THE_RIG, OnTheRig, noun_of
 from rig.gap.answer.words.sizes import degrees, percent, size
@@ -39,7 +51,7 @@ def answers(diagnosis: Diagnosis) -> dict[str, str]:
     told, said_first = {"Answer:": " ".join(headline(diagnosis))}, diagnosis.verdict is Verdict.NONE
     told["Why:"] = _of_each([(one.noun, one.reasons) for one in _known(diagnosis)])
     told["Look at:"] = _of_each([(one.noun, one.look_at) for one in _known(diagnosis)])
-    if diagnosis.retuning and (diagnosis.verdict is not Verdict.NONE or _absorbed(diagnosis)):
+    if diagnosis.retuning and (diagnosis.verdict is not Verdict.NONE or absorbed(diagnosis)):
         told["Re-tuning:"] = _retuning(diagnosis)
     if _named(diagnosis) or diagnosis.verdict is Verdict.UNKNOWN:
         told["What stays:"] = _stays(diagnosis)
@@ -211,7 +223,7 @@ def _retuning(diagnosis: Diagnosis) -> str:
     """What re-tuning the simulator's own parameters closes, which moved, and what the effects close beyond that."""
     tuning = diagnosis.retuning
     assert tuning is not None
-    moved = "; ".join([told for one in tuning.moved if (told := _moved(one))][:4])
+    moved = "; ".join(moves(tuning)[:4])
     before, after = degrees(tuning.before_deg), degrees(tuning.after_deg)
     # the gap is measured against the fingerprint, re-tuning against the parameters without it
     described = diagnosis.reference is Kind.FINGERPRINT
@@ -227,7 +239,7 @@ def _retuning(diagnosis: Diagnosis) -> str:
         else f"; no {'valve, ' if diagnosis.channels.has_valves else ''}joint or sensor parameter moves plainly."
     )
     others = [name for name in tuning.looks_like if name not in {cause.effect for cause in diagnosis.causes}]
-    if _absorbed(diagnosis) and others and not _in_pressures(diagnosis):
+    if absorbed(diagnosis) and others and not _in_pressures(diagnosis):
         said += f" In these records any of these would look the same: {_first_of(others)}."
     return f"{said} {_beyond(diagnosis)}".rstrip() if not diagnosis.reference.by_days and _helps(diagnosis) else said
 
@@ -241,20 +253,6 @@ def _first_of(effects: Sequence[str]) -> str:
 def _in_pressures(diagnosis: Diagnosis) -> bool:
     """A cause was told from others by the measured pressures, whatever the angle alone could be taken for."""
     return any(cause.judged_on == PRESSURES for cause in _named(diagnosis))
-
-
-def _absorbed(diagnosis: Diagnosis) -> bool:
-    """A gap above the usual one that goes when the simulator's own parameters are fitted again."""
-    gap, tuning = diagnosis.gap, diagnosis.retuning
-    return tuning is not None and tuning.closes_fraction >= ABSORBED_SHARE and gap.rms_deg > gap.floor_deg
-
-
-def _moved(one: ParameterMove) -> str:
-    """A parameter's move; nothing where it is too small to be seen in the digits that a person is told."""
-    half = 0.5 * (one.high - one.low)
-    here = size(Interval(one.before, one.before - half, one.before + half, one.unit), signed=True)
-    there = size(Interval(one.after, one.low, one.high, one.unit), signed=True)
-    return "" if here == there else f"{one.name} goes from {here} to {there}"
 
 
 def _helps(diagnosis: Diagnosis) -> bool:
