@@ -124,8 +124,9 @@ def _its_own(diagnosis: Diagnosis, tuning: Retuning) -> str:
     return (
         f"The simulator is {degrees(gap.rms_deg)} deg off (rms), and its own parameters explain that: fitted to these "
         f"records again, it is {degrees(tuning.after_deg)} deg off, and no effect that it lacks is needed. "
-        f"What moves most plainly: {moves(tuning)[0]}. Whether the rig is built so, or something acts on it that looks the same "
-        f"(Re-tuning, below), these records do not tell; {degrees(gap.floor_deg)} deg is {SOURCES[gap.floor_source]}."
+        f"What moves most plainly: {moves(tuning)[0]}. Whether the rig is built so, or something acts on it that looks "
+        f"the same (Re-tuning, below), these records do not tell; {degrees(gap.floor_deg)} deg is "
+        f"{SOURCES[gap.floor_source]}."
     )
 
 

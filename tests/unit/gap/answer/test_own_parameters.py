@@ -26,9 +26,9 @@ def first_line(tuning: Retuning | None, rms_deg: float, reference: Kind = Kind.S
 def test_what_moved_stands_in_the_first_line(rms_deg: float) -> None:
     said = first_line(Retuning(rms_deg, 1.4, (ZERO,)), rms_deg)
     assert said.startswith(
-        f"The simulator is {rms_deg} deg off (rms), and its own parameters explain that: fitted to these records again, "
-        "it is 1.4 deg off, and no effect that it lacks is needed. What moves most plainly: sensor_offset_deg goes from "
-        "0.2 deg to 6.1 deg."
+        f"The simulator is {rms_deg} deg off (rms), and its own parameters explain that: fitted to these records "
+        "again, it is 1.4 deg off, and no effect that it lacks is needed. What moves most plainly: sensor_offset_deg "
+        "goes from 0.2 deg to 6.1 deg."
     )
     assert "these records do not tell; 3.0 deg is what a simulator usually misses of another rig" in said
 
