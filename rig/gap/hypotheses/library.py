@@ -189,7 +189,6 @@ _LIBRARY: tuple[Effect, ...] = (
     Effect("valve_lag", (Law("valve_lag", ("tau_s",), TIMES, shapes=_both(*ONE_VALVE)),
                          *(Law("valve_filter", ("tau_s",), TIMES, shapes=({"poles": poles},)) for poles in (1.0, 2.0, 3.0)),
                          Law("valve_filter", ("tau_s",), TIMES, shapes=ONE_VALVE),
-                         Law("signal_volume", ("signal_s", "turbulent_mpa_s"), TIMES[1:], shapes=({"turbulent_mpa_s": 0.03}, {"turbulent_mpa_s": 0.3})),
                          Law("valve_lag", ("tau_s",), (-0.1, -0.35, -0.7), "regulator_s", shapes=_both(), bounds={"tau_s": (-1.0, 0.0)})),
            "pressures follow more slowly, filling and exhausting alike", "late", "valve_lag"),
     Effect("valve_slew", (
@@ -198,7 +197,6 @@ _LIBRARY: tuple[Effect, ...] = (
         *_winding(Law("valve_slew", ("fill_mpa_s", "exhaust_mpa_s"), (3.0, 1.3, 0.9, 0.6, 0.35), "rate_mpa_s", shapes=CHOKED)),
         Law("valve_slew", ("fill_mpa_s", "exhaust_mpa_s"), (1.3, 0.8, 0.4), "rate_mpa_s", shapes=UNCHOKED),
         Law("set_point_ramp", ("rate_mpa_s",), (0.95, 0.85, 0.7, 0.5, 0.3, 0.15), "rate_mpa_s"),
-        Law("set_point_ramp", ("rate_mpa_s", "brakes_s"), (3.0, 1.5, 0.85, 0.5, 0.3), "rate_mpa_s", shapes=({"brakes_s": 0.1},), bounds={"brakes_s": (0.02, 1.0)}),
     ), "fast changes of pressure become ramps, slow ones are untouched", "slew", "slew"),
     Effect("fill_exhaust_asymmetry", (
         Law("fill_exhaust_asymmetry", ("ratio",), (0.3, 0.5, 0.7, 0.85, 1.15, 1.5, 2.0, 3.0, 5.0), shapes=({"fill_share": 0.0},)),

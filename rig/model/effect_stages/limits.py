@@ -1,7 +1,8 @@
 """Effects that keep a regulator from following its set-point: limits of its flow, its ceiling, and what its supply
 delivers; block stages as in `timing`.
 
-They stand behind the nominal regulator as those of `valve` do, and a muscle moves by less than it would.
+They stand behind the nominal regulator as those of `valve` do, and a muscle moves by less than it would; a ramp of the
+set-point stands on the commands.
 
 integral_s above 0: regulators integrate with this time what their pressure falls short by, as those with a pilot do
 (two solenoid valves let air into its chamber, or out of it, until the pressure agrees: SMC, ITV series). Once the
@@ -19,6 +20,8 @@ from rig.model.slots import Values
 
 IS, WAS, HELD, MORE = 1, 3, 5, 7
 """Places in the state: from MORE on stands what a stage has of its own."""
+RAMP_STATE = 3
+"""What a ramp holds: whether it runs, and both set-points as it leaves them."""
 OFF, NOMINAL, TAKEN, LACKS, NUMB_STATE = 1, 3, 5, 7, 9
 """Places in the state of a regulator that does not see small errors."""
 UNLIMITED_MPA_S = 100.0
@@ -85,6 +88,17 @@ def valve_slew(p1: Values, p2: Values, y: Values, state: Values, params: Sequenc
             else:
                 move = min(max(move, -most), most)
             _moved(now, move, valve, state, params[6], dt_s)
+        p1[i], p2[i] = state[IS], state[IS + 1]
+
+
+def set_point_ramp(p1: Values, p2: Values, y: Values, state: Values, params: Sequence[float], dt_s: float) -> None:
+    """A regulator's program moves its set-point at a limited rate, and the regulator follows; params: rate_mpa_s."""
+    if state[0] == 0.0:
+        state[0], state[IS], state[IS + 1] = 1.0, p1[0], p2[0]
+    most = params[0] * dt_s
+    for i in range(len(p1)):
+        state[IS] += min(max(p1[i] - state[IS], -most), most)
+        state[IS + 1] += min(max(p2[i] - state[IS + 1], -most), most)
         p1[i], p2[i] = state[IS], state[IS + 1]
 
 

@@ -6,7 +6,7 @@ sensor.
 
 from typing import Final
 
-from rig.model.effect_stages import joint, limits, muscle, sensor, set_points, timing, valve
+from rig.model.effect_stages import joint, limits, muscle, sensor, timing, valve
 from rig.model.effect_stages.stage import EffectParameter, EffectStage
 from rig.model.equations.joint_balance import LOOP_RADII_DEG, STATE_SIZE
 from rig.model.slots import Slot, StageFunction
@@ -99,12 +99,8 @@ OWN_STAGES: dict[str, EffectStage] = {
         _P("choked", "1", 0.0, 1.0, 0.0, "1: exhausting slows down as the pressure falls, as through an orifice"),
         _P("soft", "1", 0.0, 1.0, 0.0, "1: a resistance in series, that takes half of the flow at the limit"),
         _INTEGRAL),
-    "set_point_ramp": _entry("valve_slew", "valve@timing", set_points.set_point_ramp, set_points.SET_POINT_STATE,
-        _P("rate_mpa_s", "MPa/s", 0.01, limits.UNLIMITED_MPA_S, limits.UNLIMITED_MPA_S, "limit of a set-point"),
-        _P("brakes_s", "s", 0.0, 2.0, 0.0, "time in which that rate is reached, and left; 0: at once")),
-    "signal_volume": _entry("valve_lag", "valve@timing", set_points.signal_volume, set_points.SET_POINT_STATE,
-        _P("signal_s", "s", 0.0, 2.0, 0.0, "time constant of small changes"),
-        _P("turbulent_mpa_s", "MPa/s", 0.001, 1000.0, 1000.0, "flow from which the drop goes with its square")),
+    "set_point_ramp": _entry("valve_slew", "valve@timing", limits.set_point_ramp, limits.RAMP_STATE,
+        _P("rate_mpa_s", "MPa/s", 0.01, limits.UNLIMITED_MPA_S, limits.UNLIMITED_MPA_S, "limit of a set-point")),
     "fill_exhaust_asymmetry": _entry("fill_exhaust_asymmetry", "valve", valve.fill_exhaust_asymmetry, 5,
         _P("ratio", "1", 0.02, 50.0, 1.0, "exhaust over fill time constant"),
         _P("fill_share", "1", 0.0, 1.0, 0.0, "0 exhausting changed, 1 filling changed"), _BALANCE, _TAU0),

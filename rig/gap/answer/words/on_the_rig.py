@@ -53,13 +53,6 @@ def _valve_offset(numbers: Numbers) -> str:
     return f"{_valves(numbers, 'Both pressures are', 'The pressure of valve {} is')} {by} {up} {{than}}"
 
 
-def _valve_lag(numbers: Numbers) -> str:
-    if "signal_s" in numbers:
-        return f"Something ahead of the regulators slows the set-point down, by {size(numbers['signal_s'])} where it changes little and by more where it changes much"
-    answer = _valves(numbers, "The regulators answer", "Regulator {} answers")
-    return f"{answer} {size(numbers['tau_s'])} {_more(numbers, 'tau_s', 'later', 'sooner')} {{than}}"
-
-
 def _valve_slew(numbers: Numbers) -> str:
     if "rate_mpa_s" in numbers:
         return f"The set-points are followed by no more than {size(numbers['rate_mpa_s'])}, as by a ramp that is set in the regulators"
@@ -204,7 +197,7 @@ ON_THE_RIG: Mapping[str, OnTheRig] = {
         "the regulators' or the output's scaling; a regulator that ages", "the regulators against a reference gauge (pamrig devices calibrate pressures)"),
     "valve_offset": OnTheRig("another zero of the valves", _valve_offset,
         "the regulator's zero; the zero of the analogue output or of the monitor", "both monitors with the air vented: they should read 0"),
-    "valve_lag": OnTheRig("slower or quicker regulators", _valve_lag,
+    "valve_lag": OnTheRig("slower or quicker regulators", lambda n: f"{_valves(n, 'The regulators answer', 'Regulator {} answers')} {size(n['tau_s'])} {_more(n, 'tau_s', 'later', 'sooner')} {{than}}",
         "later: a low supply pressure, long or thin hoses, larger muscles, a clogged filter or silencer; sooner: a higher supply pressure, shorter or wider hoses, a filter or silencer that was cleaned", "the supply while the rig moves; hoses, filters and silencers; a step of the set-point"),
     "valve_slew": OnTheRig("a limited flow", _and_after(_valve_slew),
         "too small a valve, nozzle or hose; a throttle; a low supply; a ramp set in the regulator or the controller", "throttles, nozzles and silencers; a large step of the set-point"),

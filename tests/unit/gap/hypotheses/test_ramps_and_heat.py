@@ -1,4 +1,4 @@
-"""Stages that stand on the set-points, and the heat of muscles that work: what physics says they must do."""
+"""A ramp of the set-points, and the heat of muscles that work: what physics says they must do."""
 
 from collections.abc import Mapping, Sequence
 
@@ -25,48 +25,18 @@ def step(before: float, after: float, rows: int = 400) -> list[float]:
     return [before] + [after] * (rows - 1)
 
 
-@pytest.mark.parametrize("brakes_s", [0.0, 0.04, 0.3])
 @pytest.mark.parametrize("after", [0.1, 0.3])
-def test_a_ramp_goes_at_its_rate_and_arrives_without_going_beyond(brakes_s: float, after: float) -> None:
-    p1, p2 = through("set_point_ramp", {"rate_mpa_s": 0.2, "brakes_s": brakes_s}, step(0.2, after))
-    speed, beyond = np.abs(np.diff(p1)) / DT, np.sign(after - 0.2) * (p1 - after)
-    assert 0.15 < speed.max() <= 0.2 + 1e-9
-    assert beyond.max() <= 1e-3
-    assert p1[-1] == pytest.approx(after, abs=1e-4)
+def test_a_ramp_goes_at_its_rate_and_arrives(after: float) -> None:
+    p1, p2 = through("set_point_ramp", {"rate_mpa_s": 0.2}, step(0.2, after))
+    speed = np.abs(np.diff(p1)) / DT
+    assert speed[:99] == pytest.approx(0.2)
+    assert p1[101:] == pytest.approx(after, abs=1e-12)
     assert p2 == pytest.approx(0.4 - p1)
-    if brakes_s:
-        assert np.abs(np.diff(speed)).max() <= 0.2 / brakes_s * DT * 1.05
 
 
 def test_a_ramp_leaves_what_is_slower_than_it_alone() -> None:
     slow = 0.2 + 0.05 * np.sin(2.0 * np.pi * 0.2 * DT * np.arange(2000))
     assert through("set_point_ramp", {"rate_mpa_s": 0.07}, slow)[0] == pytest.approx(slow, abs=1e-12)
-    late = through("set_point_ramp", {"rate_mpa_s": 0.3, "brakes_s": 0.1}, slow)[0]
-    assert np.max(np.abs(late - slow)) < 0.1 * 0.05
-
-
-def test_a_signal_volume_is_a_low_pass_for_small_changes_and_later_for_large_ones() -> None:
-    time_s = DT * np.arange(400)
-    laminar = {"signal_s": 0.1, "turbulent_mpa_s": 1000.0}
-    small = through("signal_volume", laminar, step(0.2, 0.201))[0]
-    assert small[1:] == pytest.approx(0.201 - 0.001 * np.exp(-time_s[1:] / 0.1), abs=1e-6)
-    turbulent = laminar | {"turbulent_mpa_s": 0.1}
-    left = [
-        (0.2 + height - through("signal_volume", turbulent, step(0.2, 0.2 + height))[0][20]) / height
-        for height in (0.001, 0.02, 0.15)
-    ]
-    assert left[0] == pytest.approx(np.exp(-1.0), abs=0.05)
-    assert left[0] < left[1] < left[2]
-
-
-def test_a_turbulent_volume_fills_by_the_root_of_what_is_missing() -> None:
-    """Far beyond the laminar flow q it is q^2 tau / turbulent that is missing: an equation with a closed solution."""
-    tau_s, turbulent_mpa_s, height = 0.01, 0.002, 0.1
-    made = through("signal_volume", {"signal_s": tau_s, "turbulent_mpa_s": turbulent_mpa_s}, step(0.2, 0.2 + height))[0]
-    time_s = DT * np.arange(len(made))
-    root = np.sqrt(height) - 0.5 * np.sqrt(turbulent_mpa_s / tau_s) * time_s
-    early = root > 0.5 * np.sqrt(height)
-    assert (0.2 + height - made)[early] == pytest.approx(root[early] ** 2, rel=0.06)
 
 
 def working(rate_mpa_s: float, rows: int = 2400) -> np.ndarray:
