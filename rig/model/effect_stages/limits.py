@@ -20,8 +20,6 @@ from rig.model.slots import Values
 
 IS, WAS, HELD, MORE = 1, 3, 5, 7
 """Places in the state: from MORE on stands what a stage has of its own."""
-RAMP_STATE = 3
-"""What a ramp holds: whether it runs, and both set-points as it leaves them."""
 OFF, NOMINAL, TAKEN, LACKS, NUMB_STATE = 1, 3, 5, 7, 9
 """Places in the state of a regulator that does not see small errors."""
 UNLIMITED_MPA_S = 100.0
@@ -62,6 +60,23 @@ def _moved(now: float, move: float, valve: int, state: Values, integral_s: float
     return state[IS + valve]
 
 
+def _nominal_error(now: float, valve: int, state: Values, was: float) -> float:
+    """What a valve's nominal regulator is short of in this step, by how far its pressure moves."""
+    error = (now - state[NOMINAL + valve]) / (1.0 - was)
+    state[NOMINAL + valve] = now
+    return error
+
+
+def _beyond(value: float, width: float) -> float:
+    """What of a value lies outside of a dead zone."""
+    return value - min(max(value, -width), width)
+
+
+def _of_valve(size: float, balance: float, valve: int) -> float:
+    """An effect's size on one of both valves."""
+    return size * min(1.0, 1.0 + balance * (1.0 - 2.0 * valve))
+
+
 def valve_slew(p1: Values, p2: Values, y: Values, state: Values, params: Sequence[float], dt_s: float) -> None:
     """|dp/dt| has a limit; params: fill_mpa_s, exhaust_mpa_s, balance, tau0_s, choked, soft, integral_s.
 
@@ -76,7 +91,7 @@ def valve_slew(p1: Values, p2: Values, y: Values, state: Values, params: Sequenc
             _begun(p1, p2, state, math.inf)
         for valve in range(2):
             now = p1[i] if valve == 0 else p2[i]
-            share = max(min(1.0, 1.0 + params[2] * (1.0 - 2.0 * valve)), 1e-6)
+            share = max(_of_valve(1.0, params[2], valve), 1e-6)
             move = _wanted(now, valve, state, was)
             most = params[0] * dt_s / share
             if move < 0.0:
@@ -93,10 +108,10 @@ def valve_slew(p1: Values, p2: Values, y: Values, state: Values, params: Sequenc
 
 def set_point_ramp(p1: Values, p2: Values, y: Values, state: Values, params: Sequence[float], dt_s: float) -> None:
     """A regulator's program moves its set-point at a limited rate, and the regulator follows; params: rate_mpa_s."""
-    if state[0] == 0.0:
-        state[0], state[IS], state[IS + 1] = 1.0, p1[0], p2[0]
     most = params[0] * dt_s
     for i in range(len(p1)):
+        if state[0] == 0.0:
+            _begun(p1, p2, state, math.inf)
         state[IS] += min(max(p1[i] - state[IS], -most), most)
         state[IS + 1] += min(max(p2[i] - state[IS + 1], -most), most)
         p1[i], p2[i] = state[IS], state[IS + 1]
@@ -117,14 +132,12 @@ def numb_regulator(p1: Values, p2: Values, y: Values, state: Values, params: Seq
             state[0], state[NOMINAL], state[NOMINAL + 1] = 1.0, p1[i], p2[i]
         for valve in range(2):
             now = p1[i] if valve == 0 else p2[i]
-            width = params[0] * min(1.0, 1.0 + params[2] * (1.0 - 2.0 * valve))
+            width = _of_valve(params[0], params[2], valve)
             # what the flow changes by is asked of the error first, and handed to the integrator in its time
-            flow = (now - state[NOMINAL + valve]) / (1.0 - was)
+            flow = _nominal_error(now, valve, state, was)
             error = flow - state[TAKEN + valve]
             state[TAKEN + valve] += takes_over * error
-            state[NOMINAL + valve] = now
-            seen = error - state[OFF + valve]
-            seen -= min(max(seen, -width), width)
+            seen = _beyond(error - state[OFF + valve], width)
             state[OFF + valve] += (1.0 - was) * (seen - error + state[LACKS + valve])
             state[LACKS + valve] += takes_over * (seen - error)
         p1[i] += state[OFF]
@@ -146,12 +159,10 @@ def overlapped_valve(p1: Values, p2: Values, y: Values, state: Values, params: S
             state[0], state[NOMINAL], state[NOMINAL + 1] = 1.0, p1[i], p2[i]
         for valve in range(2):
             now = p1[i] if valve == 0 else p2[i]
-            width = params[0] * min(1.0, 1.0 + params[2] * (1.0 - 2.0 * valve))
-            nominal = (now - state[NOMINAL + valve]) / (1.0 - was)
-            state[NOMINAL + valve] = now
-            drive = nominal - state[OFF + valve] + state[LACKS + valve]
+            width = _of_valve(params[0], params[2], valve)
+            nominal = _nominal_error(now, valve, state, was)
+            drive = _beyond(nominal - state[OFF + valve] + state[LACKS + valve], width)
             state[LACKS + valve] -= winds * state[OFF + valve]
-            drive -= min(max(drive, -width), width)
             state[OFF + valve] += (1.0 - was) * (drive - nominal)
         p1[i] += state[OFF]
         p2[i] += state[OFF + 1]

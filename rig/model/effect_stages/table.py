@@ -99,7 +99,7 @@ OWN_STAGES: dict[str, EffectStage] = {
         _P("choked", "1", 0.0, 1.0, 0.0, "1: exhausting slows down as the pressure falls, as through an orifice"),
         _P("soft", "1", 0.0, 1.0, 0.0, "1: a resistance in series, that takes half of the flow at the limit"),
         _INTEGRAL),
-    "set_point_ramp": _entry("valve_slew", "valve@timing", limits.set_point_ramp, limits.RAMP_STATE,
+    "set_point_ramp": _entry("valve_slew", "valve@timing", limits.set_point_ramp, limits.HELD,
         _P("rate_mpa_s", "MPa/s", 0.01, limits.UNLIMITED_MPA_S, limits.UNLIMITED_MPA_S, "limit of a set-point")),
     "fill_exhaust_asymmetry": _entry("fill_exhaust_asymmetry", "valve", valve.fill_exhaust_asymmetry, 5,
         _P("ratio", "1", 0.02, 50.0, 1.0, "exhaust over fill time constant"),

@@ -88,8 +88,10 @@ def moves(tuning: Retuning) -> list[str]:
 def nothing(diagnosis: Diagnosis) -> str:
     """That nothing is found; of the angle alone where a pressure monitor is not heard, which is said first."""
     tuning = diagnosis.retuning
-    own = tuning is not None and from_model(diagnosis) and absorbed(diagnosis) and bool(moves(tuning))
-    said = _its_own(diagnosis, tuning) if own and tuning is not None else _nothing(diagnosis)
+    if tuning is not None and from_model(diagnosis) and absorbed(diagnosis) and moves(tuning):
+        said = _its_own(diagnosis, tuning)
+    else:
+        said = _nothing(diagnosis)
     if not (dead := "; ".join(one.text for one in diagnosis.observations if one.test.startswith(MONITOR))):
         return said
     return f"{dead[:1].upper()}{dead[1:]}. By the angle alone {said[:1].lower()}{said[1:]}"

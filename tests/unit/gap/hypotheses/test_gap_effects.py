@@ -243,55 +243,42 @@ def test_a_receiver_empties_where_more_is_taken_than_its_supply_delivers_and_fil
     assert short[-1] == pytest.approx(wave[-1], abs=1e-4)
 
 
-def through_pi(asked: list[float], width: float, integral_s: float, tau_s: float) -> list[float]:
-    """What a PI regulator that sees no error below a width makes of set-points, before a volume that integrates."""
-    pressure, held, out = asked[0], 0.0, []
+def beyond(value: float, width: float) -> float:
+    """What of a value lies outside of a dead zone."""
+    return value - min(max(value, -width), width)
+
+
+def through_pi(integral_s: float, unseen: float = 0.0, overlap: float = 0.0, tau_s: float = 0.05) -> list[float]:
+    """What a PI regulator makes of two sines, before a volume that integrates: it sees no error below `unseen`, and its
+    valve does not open below a drive of `overlap`."""
+    time = DT * np.arange(3000)
+    asked = 0.2 + 0.06 * np.sin(2 * np.pi * 0.3 * time) + 0.02 * np.sin(2 * np.pi * 0.71 * time)
+    pressure, held, out = float(asked[0]), 0.0, []
     for one in asked:
-        error = one - pressure
-        error -= min(max(error, -width), width)
+        error = beyond(one - pressure, unseen)
+        pressure += (1.0 - np.exp(-DT / tau_s)) * beyond(error + held, overlap)
         held += DT / integral_s * error
-        pressure += (1.0 - np.exp(-DT / tau_s)) * (error + held)
         out.append(float(pressure))
     return out
 
 
+@pytest.mark.parametrize(
+    ("key", "size", "zone", "plain", "missing"),
+    [
+        ("numb_regulator", "width_mpa", "unseen", 0.003, 0.1),
+        ("overlapped_valve", "overlap_mpa", "overlap", 0.002, 0.02),
+    ],
+)
 @pytest.mark.parametrize("integral_s", [0.15, 0.6, 2.0])
-def test_a_regulator_that_integrates_and_sees_no_small_errors_is_a_pi_controller_with_a_dead_band(
-    integral_s: float,
+def test_a_dead_zone_of_a_regulator_that_integrates_is_that_of_a_pi_controller(
+    key: str, size: str, zone: str, plain: float, missing: float, integral_s: float
 ) -> None:
-    time = DT * np.arange(3000)
-    asked = list(0.2 + 0.06 * np.sin(2 * np.pi * 0.3 * time) + 0.02 * np.sin(2 * np.pi * 0.71 * time))
-    nominal = through_pi(asked, 0.0, integral_s, 0.05)
-    numb = through_pi(asked, 0.006, integral_s, 0.05)
-    made = steps("numb_regulator", {"width_mpa": 0.006, "integral_s": integral_s, "tau0_s": 0.05}, nominal)
-    off, missed = np.array(numb) - np.array(nominal), np.array(made) - np.array(numb)
-    assert np.std(off[600:]) > 0.003
-    assert np.std(missed[600:]) < 0.1 * np.std(off[600:])
-
-
-def behind_overlap(asked: list[float], width: float, integral_s: float, tau_s: float) -> list[float]:
-    """What a PI regulator makes of set-points whose valve does not open below a drive of this width."""
-    pressure, held, out = asked[0], 0.0, []
-    for one in asked:
-        error = one - pressure
-        drive = error + held
-        held += DT / integral_s * error
-        drive -= min(max(drive, -width), width)
-        pressure += (1.0 - np.exp(-DT / tau_s)) * drive
-        out.append(float(pressure))
-    return out
-
-
-@pytest.mark.parametrize("integral_s", [0.15, 0.6, 2.0])
-def test_an_overlapped_valve_is_a_pi_controller_with_a_dead_zone_behind_it(integral_s: float) -> None:
-    time = DT * np.arange(3000)
-    asked = list(0.2 + 0.06 * np.sin(2 * np.pi * 0.3 * time) + 0.02 * np.sin(2 * np.pi * 0.71 * time))
-    nominal = behind_overlap(asked, 0.0, integral_s, 0.05)
-    stuck = behind_overlap(asked, 0.006, integral_s, 0.05)
-    made = steps("overlapped_valve", {"overlap_mpa": 0.006, "integral_s": integral_s, "tau0_s": 0.05}, nominal)
-    off, missed = np.array(stuck) - np.array(nominal), np.array(made) - np.array(stuck)
-    assert np.std(off[600:]) > 0.002
-    assert np.std(missed[600:]) < 0.02 * np.std(off[600:])
+    """In its error, or behind it at its valve."""
+    nominal, known = (np.array(through_pi(integral_s, **{zone: width})) for width in (0.0, 0.006))
+    made = steps(key, {size: 0.006, "integral_s": integral_s, "tau0_s": 0.05}, nominal.tolist())
+    off, missed = known - nominal, np.array(made) - known
+    assert np.std(off[600:]) > plain
+    assert np.std(missed[600:]) < missing * np.std(off[600:])
 
 
 @pytest.mark.parametrize("turbulent_mpa_s", [1000.0, 0.3])
