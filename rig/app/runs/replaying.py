@@ -105,22 +105,25 @@ def prepare(
     simulated one, at the recordings' own period unless `resample`."""
     contents = list(_contents(log))
     rig = rig if isinstance(rig, RigConfig) else _loaded(rig, contents if rig is None and not resample else ())
-    simulator = None
-    if model is not None:
-        if not compose.is_simulated(rig):
-            raise RigError(f"{rig.path}: --model is for a simulated rig; this one is real")
-        from rig.model.parameters import load_model
-
-        model = shipped.find_config(model, "models")
-        simulator = load_model(model)  # whatever is wrong with it is said before the session starts
+    found = None if model is None else shipped.find_config(model, "models")
+    simulator = None if found is None else _simulator(found, rig)
     recordings = [_recording(name, source, content, rig, p0_mpa, resample) for name, source, content in contents]
-    if simulator is None:
+    if found is None or simulator is None:
         _check_rig(str(rig.path), rig.channels, recordings)
-    elif simulator.muscle.kind != EXTERNAL:  # one of another kind answers whatever is asked of it
-        _check_rig(str(model), simulator.own_channels, recordings)
-    if simulator is not None and simulator.muscle.kind == EXTERNAL:
+        return ReplayJob(rig, recordings)
+    if simulator.muscle.kind == EXTERNAL:  # it answers whatever is asked of it
         return ReplayJob(rig, recordings, simulator=simulator)
-    return ReplayJob(rig, recordings, {} if model is None else {"model": model.resolve()})
+    _check_rig(str(found), simulator.own_channels, recordings)
+    return ReplayJob(rig, recordings, {"model": found.resolve()})
+
+
+def _simulator(path: Path, rig: RigConfig) -> "Model":
+    """The model in place of a simulated rig's own; whatever is wrong with it is said before a session starts."""
+    if not compose.is_simulated(rig):
+        raise RigError(f"{rig.path}: --model is for a simulated rig; this one is real")
+    from rig.model.parameters import load_model
+
+    return load_model(path)
 
 
 def _loaded(path: Path | None, recordings: Sequence[tuple[str, Path, LogContent]]) -> RigConfig:

@@ -55,7 +55,7 @@ def _valve_offset(numbers: Numbers) -> str:
 
 def _valve_slew(numbers: Numbers) -> str:
     if "rate_mpa_s" in numbers:
-        return f"The set-points are followed by no more than {size(numbers['rate_mpa_s'])}, as by a ramp that is set in the regulators"
+        return f"The regulators move their set-points by no more than {size(numbers['rate_mpa_s'])}, as with a ramp set in them"
     fill, empty = numbers["fill_mpa_s"], numbers.get("exhaust_mpa_s")
     whose = _valves(numbers, "the regulators", "regulator {}")
     if empty is None or empty.value == fill.value:
