@@ -49,8 +49,10 @@ def _other_rest(record: Record, other: Record) -> ConditionDifference | None:
     """Where only one of two records says its P0, the other's measured one must not be far from it; nor may the
     pressures that both measured be near each other, which is how a shift of both looks."""
     said = [commanded_rest(each) for each in (record, other)]
-    seen = [measured_rest(each) for each in (record, other)]
-    if (said[0] is None) == (said[1] is None) or seen[0] is None or seen[1] is None:
+    if (said[0] is None) == (said[1] is None):
+        return None
+    seen = [measured_rest(each) for each in (record, other)]  # by both monitors' whole courses: takes longest
+    if seen[0] is None or seen[1] is None:
         return None
     mine, theirs = (told if told is not None else read for told, read in zip(said, seen, strict=True))
     if mine is None or theirs is None or min(abs(mine - theirs), abs(seen[0] - seen[1])) <= SHIFTED_MPA:

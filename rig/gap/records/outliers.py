@@ -5,6 +5,7 @@ A pulse on the sensor's line is one; samples that fall to the same rail again an
 (`rig.gap.records.dropouts`), and many that scatter are noise, which is left as it is.
 """
 
+import math
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -55,9 +56,12 @@ def _excursions(values: Column, width: int) -> Rows:
     off = np.array([values[1 + row : 1 + row + last] - middle for row in range(width)])
     lowest, highest = off.min(axis=0), off.max(axis=0)
     depth = np.maximum(lowest, -highest)
-    usual = float(np.quantile(np.maximum(highest, -lowest), SPREAD_QUANTILE))
-    rows = np.zeros(len(values), dtype=bool)
-    if depth.max() <= FAR_OUT * usual:  # most columns are done here
+    sizes, rows = np.maximum(highest, -lowest), np.zeros(len(values), dtype=bool)
+    reach = depth.max() / FAR_OUT
+    if np.count_nonzero(sizes >= reach) >= last - math.floor(SPREAD_QUANTILE * (last - 1)):
+        return rows  # most columns are done here: the quantile is at least that, and takes a sort
+    usual = float(np.quantile(sizes, SPREAD_QUANTILE))
+    if reach <= usual:
         return rows
     stands = (depth > FAR_OUT * max(usual, _step(values))) & (np.abs(after - before) < RETURNS * depth)
     for at in np.flatnonzero(stands):
