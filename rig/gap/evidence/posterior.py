@@ -9,9 +9,10 @@ import numpy as np
 
 from rig.gap.hypotheses.fit import Fit, ForwardModel, fit_effect, settled
 from rig.gap.hypotheses.inverse_problems import InverseProblem
-from rig.gap.hypotheses.law_errors import with_law
+from rig.gap.hypotheses.law_errors import rough_law, rough_lines
 from rig.gap.hypotheses.library import NONE, UNKNOWN, Effect
 from rig.gap.likelihood.gaussian import Gaussian
+from rig.gap.likelihood.rough_law import RoughLaw
 from rig.gap.settings import BEYOND_DAYS, CREDIBLE, ENVELOPE_HZ, EVEN_CHANCE, UNKNOWN_EVEN
 from rig.record import Column
 
@@ -182,27 +183,27 @@ def heard(posterior: Posterior) -> dict[str, float]:
     return {name: float(np.log(max(chance, least) / least)) for name, chance in chances.items()}
 
 
-def log_unknown(forward: ForwardModel, expected: Gaussian, left: Column) -> float:
-    """Evidence, beside what is `expected`, that there is something unknown in what is left (lines): as likely a broad
-    process as more of what days differ in than is ever expected."""
-    return float(np.logaddexp(_log_broad(forward, expected, left), _log_beyond(expected, left)) - np.log(2.0))
+def log_unknown(forward: ForwardModel, expected: Gaussian, left: Column, law: RoughLaw | None = None) -> float:
+    """Evidence, beside what is `expected` and a `law` that is rough, that there is something unknown in what is left
+    (lines): as likely a broad process as more of what days differ in than is ever expected."""
+    return float(np.logaddexp(_log_broad(forward, expected, left, law), _log_beyond(expected, left, law)) - np.log(2.0))
 
 
-def _log_broad(forward: ForwardModel, expected: Gaussian, left: Column) -> float:
+def _log_broad(forward: ForwardModel, expected: Gaussian, left: Column, law: RoughLaw | None) -> float:
     """Evidence for a broad process of any size: lines like those that are left, blurred."""
     factor, prior = forward.factor, forward.prior
     shape = factor.lines.envelope(left, ENVELOPE_HZ, UNKNOWN_EVEN)
     power = float(np.sqrt(np.sum(left**2) / max(float(factor.lines.used.sum()), 1.0)))
     share = np.maximum(_LEVELS * power / forward.moving, 1e-9)
     log_prior = -0.5 * ((np.log(share) - np.log(prior.share)) / prior.share_spread) ** 2
-    logs = [expected.with_variance(level**2 * shape).log_density(left) for level in _LEVELS]
+    logs = [expected.with_variance(level**2 * shape).log_density(left, law) for level in _LEVELS]
     width = np.log(_LEVELS[1] / _LEVELS[0]) / (prior.share_spread * np.sqrt(2 * np.pi))
     return float(np.logaddexp.reduce(np.array(logs) + log_prior + np.log(width)))
 
 
-def _log_beyond(expected: Gaussian, left: Column) -> float:
+def _log_beyond(expected: Gaussian, left: Column, law: RoughLaw | None) -> float:
     """Evidence for an offset, a gain or a lag that no effect of the library explains."""
-    logs = expected.log_densities(left, np.array(BEYOND_DAYS))
+    logs = expected.log_densities(left, np.array(BEYOND_DAYS), law)
     return float(np.logaddexp.reduce(logs)) - float(np.log(len(BEYOND_DAYS)))
 
 
@@ -212,6 +213,7 @@ def _with_unknown(fit: Fit, log_odds: float) -> float:
 
 def _log_odds_beside(fit: Fit) -> float:
     forward, factor, lines, prior = fit.forward, fit.forward.factor, fit.forward.factor.lines, fit.forward.prior
-    moved = lines.of(fit.change)
-    rough = with_law(factor.healthy, lines, moved, fit.effect.roughness(prior, fit.law), prior)
-    return log_unknown(forward, rough, factor.gap_lines - moved) + prior.log_beside - fit.log_law
+    moved, rho = lines.of(fit.change), fit.effect.roughness(prior, fit.law)
+    expected = factor.healthy.with_variance(rough_lines(lines, moved, rho, prior))
+    law = rough_law(factor.healthy, lines, moved, rho)
+    return log_unknown(forward, expected, factor.gap_lines - moved, law) + prior.log_beside - fit.log_law

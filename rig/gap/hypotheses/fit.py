@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from rig.gap.hypotheses.changes import Change
-from rig.gap.hypotheses.law_errors import with_law
+from rig.gap.hypotheses.law_errors import log_densities, with_law
 from rig.gap.hypotheses.library import Effect, Law
 from rig.gap.likelihood.gaussian import Gaussian
 from rig.gap.reference.expectation import Factor
@@ -21,8 +21,6 @@ from rig.gap.response.propagate import (
     ready,
 )
 from rig.gap.settings import (
-    ENVELOPE_EVEN,
-    ENVELOPE_HZ,
     FIT_STEPS,
     MOST_ROUGH,
     UNSURE_ROUNDS,
@@ -310,14 +308,11 @@ class _Trial:
         change, moved = self.changed(x, fixed)
         left = self._gap - moved
         rho = effect.roughness(prior, self.law)
-        power = lines.envelope(moved, ENVELOPE_HZ, ENVELOPE_EVEN)
         rough = Counter(min(share * rho, MOST_ROUGH) for share in (EXACT, *prior.law_shares))
-        logs = [
-            with_law(healthy, lines, moved, each, prior, power).log_density(left) + np.log(times / rough.total())
-            for each, times in rough.items()
-        ]
+        log_shares = np.log(np.array(list(rough.values())) / rough.total())
+        logs = log_shares + log_densities(healthy, lines, moved, left, list(rough), prior)
         log_density = float(np.logaddexp.reduce(logs))
-        roughness = float(np.sqrt(np.exp(np.array(logs) - log_density) @ np.square(list(rough))))
+        roughness = float(np.sqrt(np.exp(logs - log_density) @ np.square(list(rough))))
         stiff = (healthy.degrees + healthy.effective) / (healthy.degrees + cost)
         hessian = stiff * (jacobian.T @ jacobian)
         log_prior, precision = self._log_prior(x, change)

@@ -1,9 +1,13 @@
 """How a law may be wrong: what is expected of what it leaves of a change that is really its own."""
 
+from collections.abc import Sequence
+from dataclasses import replace
+
 import numpy as np
 
 from rig.gap.likelihood.gaussian import Gaussian
 from rig.gap.likelihood.lines import Lines
+from rig.gap.likelihood.rough_law import RoughLaw
 from rig.gap.settings import ENVELOPE_EVEN, ENVELOPE_HZ, Prior
 from rig.record import Column
 
@@ -17,6 +21,27 @@ def with_law(
         return healthy
     rough = rough_lines(lines, moved, rho, prior, power)
     return healthy.with_patterns(law_patterns(moved, lines, rho)).with_variance(rough)
+
+
+def log_densities(
+    healthy: Gaussian, lines: Lines, moved: Column, left: Column, rhos: Sequence[float], prior: Prior
+) -> list[float]:
+    """Log density of what a law leaves (l,) for each of several shares `rho` by which it may be wrong: that of
+    `with_law`, whose patterns are not written out."""
+    power = lines.envelope(moved, ENVELOPE_HZ, ENVELOPE_EVEN)
+    law = rough_law(healthy, lines, moved, 1.0)
+    return [
+        healthy.with_variance(rough_lines(lines, moved, rho, prior, power)).log_density(left, replace(law, rho=rho))
+        if rho > 0.0
+        else healthy.log_density(left)
+        for rho in rhos
+    ]
+
+
+def rough_law(healthy: Gaussian, lines: Lines, moved: Column, rho: float) -> RoughLaw:
+    """`law_patterns` beside those of what is expected, not written out."""
+    columns = np.column_stack([healthy.patterns, moved, later_pattern(moved, lines, 1.0)])
+    return RoughLaw(columns, lines.ends, rho)
 
 
 def rough_lines(lines: Lines, moved: Column, rho: float, prior: Prior, power: Column | None = None) -> Column:

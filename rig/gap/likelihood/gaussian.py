@@ -12,6 +12,7 @@ from functools import cache, cached_property
 import numpy as np
 
 from rig.gap.likelihood.elimination import by_factors
+from rig.gap.likelihood.rough_law import RoughLaw
 from rig.record import Column
 
 NODES = 15
@@ -113,25 +114,26 @@ class Gaussian:
         taken = self._inverse_root @ (self._weighed.T @ scaled)
         return float(scaled @ scaled - taken @ taken)
 
-    def log_density(self, residual: Column) -> float:
+    def log_density(self, residual: Column, law: RoughLaw | None = None) -> float:
         """ln p(residual) but for a constant: a t density of `effective` dimensions and `degrees` degrees of freedom,
-        over what the days' factor may be."""
+        over what the days' factor may be; with the patterns of a rough law as well, where one is given."""
         factors, log_chances = _factors(self.pattern_degrees)
-        said = float(np.logaddexp.reduce(log_chances + self.log_densities(residual, factors)))
+        said = float(np.logaddexp.reduce(log_chances + self.log_densities(residual, factors, law)))
         if self._looser is None:
             return said
-        either = np.logaddexp(said, self.log_chance + self._looser.log_density(residual))
+        either = np.logaddexp(said, self.log_chance + self._looser.log_density(residual, law))
         return float(either - np.logaddexp(0.0, self.log_chance))
 
     @cached_property
     def _looser(self) -> "Gaussian | None":
         return None if self.as_well is None else replace(self, variance=self.variance + self.as_well, as_well=None)
 
-    def log_densities(self, residual: Column, factors: Column) -> Column:
+    def log_densities(self, residual: Column, factors: Column, law: RoughLaw | None = None) -> Column:
         """(k,) the same with the patterns that days differ in so many times (k,) as large, and known to be."""
         n, nu = self.effective, self.degrees
         scaled = residual * self._scale
-        taken, log_spreads = by_factors(self._gram, self._weighed.T @ scaled, self.between_days, factors)
+        gram, shown = (self._gram, self._weighed.T @ scaled) if law is None else law.products(self._scale, scaled)
+        taken, log_spreads = by_factors(gram, shown, self.between_days, factors)
         chi = scaled @ scaled - taken
         constant = math.lgamma(0.5 * (nu + n)) - math.lgamma(0.5 * nu) - 0.5 * n * np.log(nu)
         out: Column = constant - 0.5 * (nu + n) * np.log1p(np.maximum(chi, 0.0) / nu) - self._log_lines - log_spreads

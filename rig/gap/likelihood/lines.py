@@ -71,6 +71,11 @@ class Lines:
         """(l,) index of the record that each line belongs to."""
         return np.repeat(np.arange(len(self.rows)), self.counts)
 
+    @cached_property
+    def ends(self) -> Places:
+        """(r + 1,) the first line of each record, and how many lines there are."""
+        return np.cumsum((0, *self.counts))
+
     def beside(self, width_hz: float) -> float:
         """How many lines a blur of this width (Gaussian, standard deviation) averages over: 1 / sum of its squared
         weights."""
@@ -88,7 +93,7 @@ class Lines:
     def _places(self) -> list[tuple[Places, Column, Places, Column]]:
         """For all records of one length and period: their rows (r, n), the even ones first and then the odd ones
         backwards, whether they were measured (r, n), their lines (r, count) and what makes those of a transform."""
-        first_row, first_line = np.cumsum((0, *self.rows)), np.cumsum((0, *self.counts))
+        first_row, first_line = np.cumsum((0, *self.rows)), self.ends
         found = []
         for n, count in dict.fromkeys(zip(self.rows, self.counts, strict=True)):
             own = [k for k, kind in enumerate(zip(self.rows, self.counts, strict=True)) if kind == (n, count)]
