@@ -80,8 +80,8 @@ def _keeps(dt_s: float) -> Column:  # pragma: no cover
 
 @kernel(nogil=True)
 def _drive(p1: float, p2: float, p0: float, exponent: float) -> float:  # pragma: no cover
-    """The drive of one row; the usual exponent apart, since a power takes as long as the rest of the bank."""
-    factor: float = _factor(p1, p2, p0, 1.0) if exponent == 1.0 else _factor(p1, p2, p0, exponent)
+    """The drive of one row."""
+    factor: float = _factor(p1, p2, p0, exponent)
     return (p1 - p2) * factor
 
 

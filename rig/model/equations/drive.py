@@ -14,10 +14,11 @@ LEAST_SHARE = 0.2
 
 
 def mean_pressure_factor(p1_mpa: float, p2_mpa: float, p0_mpa: float, exponent: float) -> float:
-    """(2 P0 / (p1 + p2))^n: what a mean pressure other than P0 makes of the difference."""
+    """(2 P0 / (p1 + p2))^n: what a mean pressure other than P0 makes of the difference. The usual exponent apart, since
+    a power takes several times as long as all the rest."""
     total, least = p1_mpa + p2_mpa, LEAST_SHARE * p0_mpa
-    factor: float = (2.0 * p0_mpa / (least if total < least else total)) ** exponent
-    return factor
+    factor: float = 2.0 * p0_mpa / (least if total < least else total)
+    return factor if exponent == 1.0 else factor**exponent
 
 
 def drives(p1: Sequence[float], p2: Sequence[float], p0_mpa: float, exponent: float, out: Values) -> None:
