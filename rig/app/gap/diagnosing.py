@@ -62,7 +62,7 @@ def diagnose_case(
 ) -> "tuple[Diagnosis, str]":
     """Read (the sessions too, where the caller has not), diagnose, write the files that were asked for; with the
     diagnosis why one of them was not written, empty when all are."""
-    from rig.app.gap.planning import room_of
+    from rig.app.gap.room import room_of
     from rig.app.shipped import find_config
     from rig.gap.diagnosis import diagnose_with_grounds
     from rig.model.parameters import load_model

@@ -12,7 +12,8 @@ from pathlib import Path
 from rig.app import shipped
 from rig.app.gap.daemon_jobs import at_hand, check_free, last_job, taken
 from rig.app.gap.hunt_folder import FILE, MODEL_TEXT, Hunt, HuntStep, alone_in, open_hunt
-from rig.app.gap.planning import resting, room_of
+from rig.app.gap.planning import resting
+from rig.app.gap.room import room_of
 from rig.app.runs.outcome import RunOutcome
 from rig.app.runs.sweeping import SweepOptions, run_sweep, text_from
 from rig.app.terminal import progress

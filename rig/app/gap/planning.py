@@ -8,6 +8,7 @@ from typing import Any
 from rig.app.gap.effects import sizes_of
 from rig.app.gap.known_rigs import DEFAULT_SWEEP, Asked, DescribedRig, described_by_call, family_rig
 from rig.app.gap.levels import known_families
+from rig.app.gap.room import room_of
 from rig.app.model.simulating import commands_of
 from rig.app.shipped import find_config
 from rig.channels import FACT, PNEUMATIC, REST_MPA, Channels, said
@@ -95,21 +96,6 @@ def _check_limits(sweep: Sweep, rig: Path | None) -> None:
             check_run(plan, file.limits, file.period_ns)
         except EnvelopeError as error:
             raise EnvelopeError(f"{rig}: {error}") from None
-
-
-def room_of(rig: Path | None) -> Room:
-    """What the rig's YAML allows planned records; careful bounds without one."""
-    if rig is None:
-        return Room()
-    limits = load_rig(find_config(rig, "rigs")).limits
-    low, high = limits.pressure_mpa
-    careful = Room()
-    return replace(
-        careful,
-        pressure_mpa=(max(low, careful.pressure_mpa[0]), min(high, careful.pressure_mpa[1])),
-        slew_mpa_s=limits.slew_mpa_s,
-        angle_deg=limits.angle_deg,
-    )
 
 
 @dataclass(frozen=True)

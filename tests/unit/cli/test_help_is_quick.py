@@ -78,6 +78,14 @@ def test_no_command_loads_heavy_packages_before_it_is_called() -> None:
     assert not loaded_by("\n".join(f"import {name}" for name in modules)) & HEAVY
 
 
+def test_a_diagnosis_loads_nothing_that_plans_sessions() -> None:
+    """Half a second of its way to an answer, once: only a recommended sweep asks what the rig allows."""
+    code = "rig.gap.diagnosis, rig.app.gap.room, rig.app.gap.diagnosing"
+    found = "\nprint(sorted({'scipy.special', 'rig.app.gap.levels', 'rig.app.gap.planning'} & set(sys.modules)))"
+    done = subprocess.run([sys.executable, "-c", f"import sys, {code}{found}"], check=True, capture_output=True)
+    assert done.stdout.strip() == b"[]"
+
+
 def test_the_table_of_commands_is_complete_and_true() -> None:
     for name, (where, line) in COMMANDS.items():
         module, attribute = where.split(":")
