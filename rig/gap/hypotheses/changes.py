@@ -5,7 +5,15 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from rig.gap.response.propagate import Course, Ready, RecordContext, angle_with, pressures_with, response_with
+from rig.gap.response.propagate import (
+    Course,
+    HealthyJoint,
+    Ready,
+    RecordContext,
+    angle_with,
+    pressures_with,
+    response_with,
+)
 from rig.model.response.model import ResponseModel
 from rig.record import Column
 
@@ -29,15 +37,9 @@ def angle_change(
     contexts: Sequence[RecordContext], base: Sequence[Column], response: ResponseModel, driven: bool
 ) -> Change:
     """The angle, under the measured pressures when `driven`, else under the commands."""
-    course, expected = Course(tuple(contexts)), np.concatenate(list(base))
+    course = Course(tuple(contexts))
     pressures = course.measured if driven else None
-
-    def change(causes: Sequence[Ready]) -> Column:
-        if pressures is None:
-            moved, unmoved = response_with(causes, course, response)[2], course.reference.angle_deg
-        else:
-            moved, unmoved = angle_with(causes, *pressures, expected, course, response), expected
-        out: Column = moved - unmoved
-        return out
-
-    return change
+    if pressures is None:
+        return lambda causes: response_with(causes, course, response) - course.reference.angle_deg
+    joint = HealthyJoint(*pressures, np.concatenate(list(base)), course, response)
+    return lambda causes: angle_with(causes, joint) - joint.angle

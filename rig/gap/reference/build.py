@@ -110,7 +110,7 @@ def commanded_gaps(expected: Expected, causes: Sequence[Applied] = ()) -> list[C
     """For each record (n,): the case's angle less what the healthy rig would have read under its commands with these
     causes, holes 0."""
     course = Course(tuple(expected.contexts))
-    _, _, angles = response_with(ready(causes, expected.response), course, expected.response)
+    angles = response_with(ready(causes, expected.response), course, expected.response)
     gaps = [
         context.pair.case.angle_deg - angle
         for context, angle in zip(expected.contexts, course.split(angles), strict=True)

@@ -115,11 +115,46 @@ class Course:
         """A column (n,) as it is in each record."""
         return [column[rows] for rows in self._each]
 
+    def later(self, column: Column, late: Lateness) -> Column:
+        """A column (n,) later by so much in each record."""
+        each = zip(self.split(column), self.dt_s.tolist(), strict=True)
+        return np.concatenate([delayed(one, late, dt_s) for one, dt_s in each])
+
     @cached_property
-    def latest(self) -> dict[object, tuple[Column, Column, Column]]:
-        """Both pressures and the angle under the causes ahead of the muscles that were asked for last: beside one of
-        those, everything behind the muscles is tried."""
+    def latest(self) -> "dict[object, HealthyJoint]":
+        """The joint under the causes ahead of the muscles that were asked for last: beside one of those, everything
+        behind the muscles is tried."""
         return {}
+
+
+@dataclass(frozen=True)
+class HealthyJoint:
+    """The healthy rig's joint under given pressures; all columns (n,). What lies behind the muscles acts on it, and
+    hundreds of trials begin with what its equilibrium is."""
+
+    p1: Column
+    p2: Column
+    angle: Column
+    course: Course
+    nominal: ResponseModel
+
+    @cached_property
+    def driven_to(self) -> Column:
+        """The angle to which the pressures drive it, by the response model."""
+        return self.nominal.equilibrium(self.p1, self.p2)
+
+    @cached_property
+    def pulled_to(self) -> Column:
+        """The angle to which it is pulled where it has its own."""
+        return self.nominal.pulled_to(self.angle, self.course.dt_s, self.course.ends)
+
+    def under(self, q1: Column, q2: Column) -> Column:
+        """Its angle once the muscles feel other pressures."""
+        further = self.nominal.equilibrium(q1, q2) - self.driven_to
+        compliance = _compliance(self.p1 + self.p2, q1 + q2, self.nominal)
+        return self.nominal.settled(
+            self.angle, self.pulled_to + further, compliance, self.course.dt_s, self.course.ends
+        )
 
 
 def contexts_of(pairs: Sequence[Pair], references: Sequence[Reference], nominal: ResponseModel) -> list[RecordContext]:
@@ -174,15 +209,20 @@ def ready(causes: Sequence[Applied], nominal: ResponseModel) -> list[Ready]:
 def pressures_with(causes: Sequence[Ready], course: Course, nominal: ResponseModel) -> tuple[Column, Column]:
     """The pressures of the healthy rig with these timing and valve effects (the others are passed over). The monitors'
     noise stays as it was."""
-    if not any(cause.slot in AHEAD for cause in causes):
+    ahead = [cause for cause in causes if cause.slot in AHEAD]
+    if not ahead:
         return course.reference.p1_mpa, course.reference.p2_mpa
-    noise, course = course.noise, _late(causes, course)
+    noise = course.noise
+    if all(cause.exact and cause.slot is Slot.TIMING for cause in ahead):  # nothing else of the course is asked for
+        p1, p2 = (course.later(column, _lateness(ahead)) for column in course.quiet)
+        return p1 + noise[0], p2 + noise[1]
+    course = _late(causes, course)
     (p1, p2), (q1, q2) = course.quiet, course.regulated
-    ahead = [cause for cause in _in(causes, Slot.TIMING) if not cause.exact]
-    if ahead:
+    early = [cause for cause in _in(causes, Slot.TIMING) if not cause.exact]
+    if early:
         u1 = np.concatenate([context.pair.u1_mpa for context in course.contexts])
         u2 = np.concatenate([context.pair.u2_mpa for context in course.contexts])
-        for cause in ahead:
+        for cause in early:
             _run(cause, u1, u2, u1, course)
         (q1, q2), was = _regulated(u1, u2, course, nominal), (q1, q2)
         p1, p2 = p1 + q1 - was[0], p2 + q2 - was[1]
@@ -214,7 +254,11 @@ def _late(causes: Sequence[Ready], course: Course) -> Course:
 
 def late(causes: Sequence[Ready], context: RecordContext) -> RecordContext:
     """The context as it would have been under commands that are late: everything in it is as late."""
-    return later(context, sum((cause.late for cause in causes), IN_TIME))
+    return later(context, _lateness(causes))
+
+
+def _lateness(causes: Sequence[Ready]) -> Lateness:
+    return sum((cause.late for cause in causes), IN_TIME)
 
 
 def as_late_as_measured(context: RecordContext) -> RecordContext:
@@ -283,18 +327,15 @@ def _compliance(usual: Column, now: Column, nominal: ResponseModel) -> Column:
     return ratio
 
 
-def angle_with(
-    causes: Sequence[Ready], p1: Column, p2: Column, angle: Column, course: Course, nominal: ResponseModel
-) -> Column:
-    """`angle` (n,) that the healthy rig has under p1 and p2, with these muscle, joint and sensor effects."""
-    out = angle
+def angle_with(causes: Sequence[Ready], joint: HealthyJoint) -> Column:
+    """The joint's angle (n,) with these muscle, joint and sensor effects."""
+    p1, p2, out, course = joint.p1, joint.p2, joint.angle, joint.course
     muscle = _in(causes, Slot.MUSCLE)
     if muscle:
         q1, q2 = p1.copy(), p2.copy()
         for cause in muscle:
             _run(cause, q1, q2, q1, course)
-        offset = nominal.equilibrium(q1, q2) - nominal.equilibrium(p1, p2)
-        out = nominal.balanced(out, offset, _compliance(p1 + p2, q1 + q2, nominal), course.dt_s, course.ends)
+        out = joint.under(q1, q2)
     for cause in _in(causes, Slot.JOINT) + _in(causes, Slot.SENSOR):
         out = out - cause.from_deg
         _run(cause, p1, p2, out, course)
@@ -302,19 +343,18 @@ def angle_with(
     return out
 
 
-def response_with(causes: Sequence[Ready], course: Course, nominal: ResponseModel) -> tuple[Column, Column, Column]:
-    """Pressures and angle of the healthy rig under its commands with all these causes."""
+def response_with(causes: Sequence[Ready], course: Course, nominal: ResponseModel) -> Column:
+    """The angle (n,) of the healthy rig under its commands with all these causes."""
     asked = (nominal, *((cause.stage, cause.params.tobytes()) for cause in causes if cause.slot in AHEAD))
     if asked not in course.latest:
         found = _driven(causes, course, nominal)
         course.latest.clear()
         course.latest[asked] = found
-    p1, p2, angle = course.latest[asked]
-    return p1, p2, angle_with(causes, p1, p2, angle, course, nominal)
+    return angle_with(causes, course.latest[asked])
 
 
-def _driven(causes: Sequence[Ready], course: Course, nominal: ResponseModel) -> tuple[Column, Column, Column]:
-    """The same before the muscles, the joint and the sensor are others."""
+def _driven(causes: Sequence[Ready], course: Course, nominal: ResponseModel) -> HealthyJoint:
+    """The joint under its commands, before the muscles, the joint and the sensor are others."""
     course = _late(causes, course)
     causes = [cause for cause in causes if not (cause.exact and cause.slot is Slot.TIMING)]
     p1, p2 = pressures_with(causes, course, nominal)
@@ -323,7 +363,7 @@ def _driven(causes: Sequence[Ready], course: Course, nominal: ResponseModel) -> 
     if p1 is not usual.p1_mpa or p2 is not usual.p2_mpa:
         each = zip(course.split(p1), course.split(p2), course.contexts, strict=True)
         angle = np.concatenate([angle_under(one, other, context, nominal) for one, other, context in each])
-    return p1, p2, angle
+    return HealthyJoint(p1, p2, angle, course, nominal)
 
 
 def _in(causes: Sequence[Ready], slot: Slot) -> list[Ready]:

@@ -190,14 +190,28 @@ def sticks(deflection_deg: float) -> int:
     return int(deflection_deg >= PRESLIDING_DEG) - int(deflection_deg <= -PRESLIDING_DEG)
 
 
-def balanced_angles(
-    y: Values, offset: Sequence[float], friction: Sequence[float], state: Values, params: Sequence[float], dt_s: float
+def equilibrium_angles(
+    y: Sequence[float], pulled_to: Values, _: Values, state: Values, params: Sequence[float], dt_s: float
 ) -> None:
-    """The joint's angles, in place: every row's equilibrium angle `offset` degrees further, its friction `friction`
-    times."""
+    """The equilibrium angle of every row, into `pulled_to`, under which the nominal joint has the angles y."""
     for i in range(len(y)):
         if state[0] == 0.0:
-            state[0], state[1], state[3] = 1.0, y[i], y[i]
-            balanced_angle(y[i] + offset[i], 1.0, friction[i], state, params, AT_REST_S)
-        pulled_to = equilibrium_angle(y[i], state, params, dt_s) + offset[i]
-        y[i] = balanced_angle(pulled_to, 1.0, friction[i], state, params, dt_s)
+            state[0], state[1] = 1.0, y[i]
+        pulled_to[i] = equilibrium_angle(y[i], state, params, dt_s)
+
+
+def balanced_angles(
+    y: Values,
+    pulled_to: Sequence[float],
+    friction: Sequence[float],
+    state: Values,
+    params: Sequence[float],
+    dt_s: float,
+) -> None:
+    """The joint's angles under these equilibrium angles, its friction `friction` times, in place of the nominal ones y,
+    the first of which is where it comes from before it rests."""
+    for i in range(len(y)):
+        if state[0] == 0.0:
+            state[0], state[3] = 1.0, y[i]
+            balanced_angle(pulled_to[i], 1.0, friction[i], state, params, AT_REST_S)
+        y[i] = balanced_angle(pulled_to[i], 1.0, friction[i], state, params, dt_s)

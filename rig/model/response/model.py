@@ -10,9 +10,8 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
-from rig.model.compiled.columns import balanced, drive
+from rig.model.compiled.columns import Ends, Joint, drive, pulled_to, settled
 from rig.model.compiled.response import propagated, regulated
 from rig.model.equations.joint_balance import LOOP_RADII_DEG
 from rig.model.fingerprint import Fingerprint
@@ -104,18 +103,25 @@ class ResponseModel:
         angle: Column = by * (first + by * (second + by * third))
         return angle
 
-    def balanced(
-        self,
-        angle: Column,
-        offset: Column,
-        compliance: Column,
-        dt_s: float | Column,
-        ends: NDArray[np.intp] | None = None,
-    ) -> Column:
+    def balanced(self, angle: Column, offset: Column, compliance: Column, dt_s: float) -> Column:
         """The joint's angle when its equilibrium lies `offset` degrees further and its friction counts `compliance`
-        times; all (n,); of several records with their `ends` and each one's dt_s, see `compiled.columns.balanced`."""
-        joint = self.balance
-        return balanced(angle, offset, compliance, joint.viscous_s, joint.inertia_s, np.array(joint.slip), dt_s, ends)
+        times; all (n,)."""
+        return self.settled(angle, self.pulled_to(angle, dt_s) + offset, compliance, dt_s)
+
+    def pulled_to(self, angle: Column, dt_s: float | Column, ends: Ends = None) -> Column:
+        """The equilibrium (deg) under which the joint has these angles (deg), both (n,); of several records with their
+        `ends` and each one's dt_s."""
+        return pulled_to(angle, self._joint, dt_s, ends)
+
+    def settled(
+        self, angle: Column, equilibrium: Column, compliance: Column, dt_s: float | Column, ends: Ends = None
+    ) -> Column:
+        """The joint's angle under another equilibrium, see `compiled.columns.settled`."""
+        return settled(angle, equilibrium, compliance, self._joint, dt_s, ends)
+
+    @cached_property
+    def _joint(self) -> Joint:
+        return Joint(self.balance.viscous_s, self.balance.inertia_s, self.balance.slip)
 
 
 def response_of(fingerprint: Fingerprint) -> ResponseModel:

@@ -24,7 +24,7 @@ from rig.gap.hypotheses.library import LIBRARY
 from rig.gap.records.pairs import pair_up
 from rig.gap.reference.build import Expected, Kind, expect
 from rig.gap.response.lateness import IN_TIME, Lateness, delayed, displaced
-from rig.gap.response.propagate import Applied, Course, late, ready, response_with
+from rig.gap.response.propagate import Applied, Course, late, pressures_with, ready
 from rig.gap.settings import fitted
 from rig.log.reader import read
 from rig.model.compiled.stages import compiled
@@ -252,7 +252,7 @@ def test_an_exact_stage_does_not_depend_on_the_nominal_rig(stage: str) -> None:
     causes = ready([Applied(stage, {size: 0.02})], said.response)
     other = replace(said.response, regulators=((0.01, 0.3, 0.2), (0.0, 0.1, 0.2)))
     for context in said.contexts:
-        own, strange = (response_with(causes, Course((context,)), response) for response in (said.response, other))
+        own, strange = (pressures_with(causes, Course((context,)), response) for response in (said.response, other))
         assert own[0] == pytest.approx(strange[0], abs=1e-12)
         assert own[1] == pytest.approx(strange[1], abs=1e-12)
 
