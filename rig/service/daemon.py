@@ -129,8 +129,9 @@ class Daemon:
                     os.close(lock)
 
     def end(self) -> None:
-        """Leave `serve`."""
+        """Leave `serve`, without waiting for a rig that is still being opened."""
         self._over.set()
+        self._monitor.give_up_opening()
 
     async def _begin(self) -> None:
         loop = asyncio.get_running_loop()

@@ -83,6 +83,12 @@ def is_stopped(pid: int | None) -> bool:
         return False
 
 
+def continue_process(process: BaseProcess) -> None:
+    """Let it go on when somebody has stopped it by a signal."""
+    if process.is_alive() and process.pid is not None:
+        os.kill(process.pid, signal.SIGCONT)
+
+
 def processes_json(session: Any) -> dict[str, dict[str, Any]]:
     """Pid and life of each process beside the daemon's own."""
     shown = {"control": {"pid": os.getpid(), "alive": True}}

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, Final
 
 from rig.channels import PNEUMATIC, Channels
 from rig.errors import CheckFailed, Interrupted, beside
@@ -10,6 +10,9 @@ from rig.own_units import own_plain
 from rig.realtime.faults import Fault
 from rig.realtime.safe_state import SafeReport
 from rig.service.records.recorder_messages import RunResult
+
+ASKED_FOR: Final = (Fault.ESTOP, Fault.TERMINATED)
+"""How a rig stops when somebody interrupts it: by the second Ctrl-C, and by a signal that went to its loop as well."""
 
 
 @dataclass
@@ -64,7 +67,7 @@ class RunOutcome:
             raise beside(error, also) if also else error from None
 
     def _judge(self) -> None:
-        faults = [r for r in self.runs if r.fault and not (self.interrupted and r.fault == Fault.ESTOP)]
+        faults = [r for r in self.runs if r.fault and not (self.interrupted and r.fault in ASKED_FOR)]
         if faults:
             raise CheckFailed(f"{faults[0].file.name}: {faults[0].cause}{self._rest}")
         if self.error:

@@ -11,13 +11,13 @@ from typing import Any
 
 from rig.app import compose
 from rig.app.loop_process import loop_process
-from rig.app.runs.outcome import RunOutcome
+from rig.app.runs.outcome import ASKED_FOR, RunOutcome
 from rig.app.runs.record_folders import prepare_folder
 from rig.app.supervise import watching
 from rig.app.supervised_command import check_last_resort
 from rig.app.terminal import console, progress
 from rig.channels import Channels
-from rig.errors import RigError
+from rig.errors import Interrupted, RigError
 from rig.realtime import measures
 from rig.realtime.faults import Fault, explain
 from rig.realtime.program import Program
@@ -72,7 +72,12 @@ def carry_out(rig: RigConfig, runs: Sequence[Planned], options: RunOptions) -> R
             watching=watching(rig) if compose.outlives_the_loop(rig) else None,
         )
         operator.command(session)
-        _run(session, rig, runs, options, operator, outcome)
+        try:
+            _run(session, rig, runs, options, operator, outcome)
+        except RigError:
+            if operator.asked_to_stop:  # by a signal that all processes may have heard, also those that were starting
+                raise Interrupted(f"interrupted before the rig was driven; {session.left}") from None
+            raise
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)
@@ -100,7 +105,7 @@ def _run(
         if not session.recorder_alive and not outcome.recorder_lost:  # also when both ended before we could look
             outcome.recorder_lost = True
             outcome.error = outcome.error or f"the rig was stopped: {explain(Fault.RECORDER_DIED)}"
-        outcome.error = outcome.error or ending(session)
+        outcome.error = outcome.error or ending(session, operator.asked_to_stop)
     finally:
         left = session.close(lambda line: console("-").print(line, style="yellow", markup=False))
         outcome.runs += left
@@ -215,14 +220,15 @@ def _look(session: Session, outcome: RunOutcome) -> None:
     outcome.error = f"the rig was stopped: {explain(loss.fault, loss.message)}"
 
 
-def ending(session: Session) -> str:
+def ending(session: Session, interrupted: bool = False) -> str:
     """Why the loop ended, when it did not end as it should."""
     if error := session.loop_error():
         return error
     if session.loop is not None and session.loop.exitcode:
         return explain(Fault.LOOP_DIED, session.watch.how_it_ended() if session.watch is not None else "")
     last = session.ring.latest()
-    if last is not None and last.fault and not last.run:  # outside a record, so that none of them tells it
+    if last is not None and last.fault and not last.run and not (interrupted and last.fault in ASKED_FOR):
+        # outside a record, so that none of them tells it
         return explain(last.fault, message_of(last.fault, session.ring))
     return ""
 

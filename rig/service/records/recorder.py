@@ -33,6 +33,8 @@ _BUSY_SHARE = 8
 """Who took this part of the ring at one look takes more at once instead of sleeping."""
 _LAST_WORDS_S = 2.0
 """For what a loop still publishes when nobody commands it any more: it is on its way to the safe state."""
+_SAME_SIGNAL_S = 0.1
+"""For a loop that was told to end by the same signal: its way out is the end of the record."""
 _NICE = 5
 """Behind the daemon and the page, for the ring holds 41 s; before the live view, for a record is worth more."""
 _ERRORS = Flag.READ_ERROR | Flag.WRITE_ERROR
@@ -80,13 +82,13 @@ class Recorder:
             self._take_orders()
             if self._drain() < self._ring.capacity // _BUSY_SHARE:
                 time.sleep(_POLL_S)
-        deadline = time.monotonic() + _LAST_WORDS_S
-        while self._drain() and not self._at_once and time.monotonic() < deadline:
+        deadline = time.monotonic() + (_SAME_SIGNAL_S if self._at_once else _LAST_WORDS_S)
+        while self._drain() and time.monotonic() < deadline:
             time.sleep(_POLL_S)  # a loop whose commander was killed is on its way to the safe state
         self._close_run(cut=True)
 
     def end(self) -> None:
-        """Finish what is open and leave, although the loop goes on; for signal handlers."""
+        """Finish what is open and leave, although the loop may go on; for signal handlers."""
         self._over = self._at_once = True
 
     def _take_orders(self) -> None:

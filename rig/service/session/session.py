@@ -6,7 +6,6 @@ script, the daemon by its mailbox.
 
 import logging
 import multiprocessing
-import os
 import secrets
 import select
 import signal
@@ -25,7 +24,7 @@ from rig.realtime.program import Program
 from rig.realtime.ring import CAPACITY, Ring
 from rig.realtime.safe_state import SafeReport, Writer
 from rig.realtime.shared import KEPT_RING, SharedBlock, sweep_stale
-from rig.service.processes import start_process
+from rig.service.processes import continue_process, start_process
 from rig.service.records.recorder_messages import Mark, RecorderTrouble, RunOrder, RunResult
 from rig.service.session.process_watch import PathMaker, ProcessWatch
 from rig.service.session.recorder_end import abandoned, await_end
@@ -153,7 +152,7 @@ class Session:
         self._loop_pipe = ours
         if self._watching is not None and self.loop.pid is not None:
             self.watchers.start(self._watching.entry, self.loop.pid, self._watching.writers)
-        self.facts = await_ready(ours, "loop", self.beat)
+        self.facts = await_ready(ours, self.loop, "loop", self.beat)
         self.facts |= self.watchers.await_ready(self.beat)
         assert self.recorder is not None
         self.watch = ProcessWatch(
@@ -231,6 +230,11 @@ class Session:
                     yield word
 
     @property
+    def left(self) -> str:
+        """What became of the rig, in words, once the session has ended."""
+        return self.safe.words if self.ticked else "the loop never ticked, and nothing was written to the rig"
+
+    @property
     def loop_alive(self) -> bool:
         """The loop's process is there."""
         return self.loop is not None and self.loop.is_alive()
@@ -256,8 +260,8 @@ class Session:
         `say` gets a line every few seconds while the recorder is waited for; `given_up` says that it was in vain.
         """
         self.watchers.wake()  # a process that somebody stopped is to come to a proper end
-        if self.recorder is not None and self.recorder.is_alive() and self.recorder.pid is not None:
-            os.kill(self.recorder.pid, signal.SIGCONT)
+        if self.recorder is not None:
+            continue_process(self.recorder)
         self._end_loop()
         self.ticked = self.ring.heartbeat_ns != 0
         if self.watch is not None and self.ticked:
@@ -293,6 +297,8 @@ class Session:
             if self._loop_pipe is not None:
                 self._loop_pipe.send("end")  # for a loop that still waits for its `go`
         self.loop.terminate()  # SIGTERM: safe state, then the end
+        if not self.ring.heartbeat_ns:
+            continue_process(self.loop)  # nothing of its own stands at the device: it may go on, to its end
 
     def _end_loop(self) -> None:
         loop = self.loop

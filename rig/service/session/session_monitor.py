@@ -111,6 +111,11 @@ class SessionMonitor:
         if self.session is not None:
             self.session.dismiss_loop()
 
+    def give_up_opening(self) -> None:
+        """Let the loop of a session that comes to be end: nobody waits for it any more."""
+        if (coming := self._opening) is not None:
+            coming.dismiss_loop()
+
     def close(self, say: Callable[[str], None] = _LOG.warning) -> str:
         """End the session through the safe state; returns what became of the rig, in words. `say` gets a line every
         few seconds while the recorder is waited for, and the log what is lost of records."""
@@ -122,7 +127,7 @@ class SessionMonitor:
         for result in left:
             if result.error:
                 _LOG.error("%s: %s", result.file, result.error)
-        return session.safe.words if session.ticked else "the loop never ticked, and nothing was written to the rig"
+        return session.left
 
     def reopen(self, estops: int) -> None:
         """A new session for one that is broken; `estops` as they were when it was asked for. The fault stands until

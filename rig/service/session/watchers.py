@@ -5,7 +5,6 @@ types.
 """
 
 import multiprocessing
-import os
 import signal
 import time
 from collections.abc import Callable, Mapping
@@ -19,12 +18,13 @@ from rig.errors import ConfigError, DeviceError, RigError
 from rig.realtime.ring import Ring
 from rig.realtime.safe_state import SafeBlock, Writer
 from rig.realtime.silence import Silence
-from rig.service.processes import start_process
+from rig.service.processes import continue_process, start_process
 
 WATCHER_PATIENCE_S: Final = 0.3
 """A watcher that has not looked for this long is stopped."""
 _START_PATIENCE_S: Final = 30.0
 _END_PATIENCE_S: Final = 5.0
+_GONE_S: Final = 1.0
 _READY_LOOK_S: Final = 0.1
 """How often `meanwhile` is called while a process starts: a tenth of the patience with the one who commands."""
 
@@ -89,7 +89,7 @@ class Watchers:
         """Name -> the real-time measures of each, when all of them watch; RigError when one does not come so far."""
         ready = {}
         for writer, pipe in self._pipes.items():
-            ready[writer.name.lower()] = await_ready(pipe, writer.name.lower(), meanwhile)
+            ready[writer.name.lower()] = await_ready(pipe, self.processes[writer], writer.name.lower(), meanwhile)
             pipe.close()
         self._pipes.clear()
         return ready
@@ -112,8 +112,7 @@ class Watchers:
     def wake(self) -> None:
         """Let those go on that somebody stopped, so that they come to a proper end."""
         for process in self.processes.values():
-            if process.is_alive() and process.pid is not None:
-                os.kill(process.pid, signal.SIGCONT)
+            continue_process(process)
 
     def end(self) -> None:
         """They end by themselves when they have seen their process end, or when released; one that does not is of no
@@ -128,7 +127,9 @@ class Watchers:
         self.block.block.unlink()
 
 
-def await_ready(pipe: Connection, who: str, meanwhile: Callable[[], None] = lambda: None) -> dict[str, Any]:
+def await_ready(
+    pipe: Connection, process: BaseProcess, who: str, meanwhile: Callable[[], None] = lambda: None
+) -> dict[str, Any]:
     """What a process says when it is ready, or the error that it met instead."""
     deadline = time.monotonic() + _START_PATIENCE_S
     while time.monotonic() < deadline:
@@ -139,13 +140,22 @@ def await_ready(pipe: Connection, who: str, meanwhile: Callable[[], None] = lamb
                 if kind == "ready":
                     return dict(said)
                 raise {"device": DeviceError, "config": ConfigError}.get(kind, RigError)(said)
-        except EOFError:
+        except (EOFError, ConnectionResetError):  # the other: with a word unread that it was told
             break
     else:
         raise RigError(
             f"the {who}'s process was not ready within {_START_PATIENCE_S:g} s; is this machine busy? Else run `pamrig "
             "devices probe` to see whether the device answers"
         )
+    if name := _ended_by(process):
+        raise RigError(f"the {who}'s process was ended by {name} before anything was written to the rig")
     raise RigError(
         f"the {who}'s process ended before it was ready; run `pamrig devices probe` to see the device's answer"
     )
+
+
+def _ended_by(process: BaseProcess) -> str:
+    """The name of the signal that ended it; empty for one that ended otherwise."""
+    process.join(_GONE_S)  # its end of the pipe closes a moment before it is gone
+    code = process.exitcode
+    return signal.Signals(-code).name if code is not None and code < 0 else ""

@@ -63,7 +63,15 @@ def test_a_bad_outcome_says_why(outcome: RunOutcome, says: str) -> None:
     assert ends(outcome).startswith(says)
 
 
-@pytest.mark.parametrize("runs", [[], [good(complete=False)], [good(fault=Fault.ESTOP, valid=False)]])
+@pytest.mark.parametrize(
+    "runs",
+    [
+        [],
+        [good(complete=False)],
+        [good(fault=Fault.ESTOP, valid=False)],
+        [good(fault=Fault.TERMINATED, valid=False)],
+    ],
+)
 def test_an_interruption_is_130(runs: list[RunResult]) -> None:
     with pytest.raises(Interrupted):
         RunOutcome(runs, 3, interrupted=True).judge()
@@ -147,6 +155,20 @@ def test_a_loop_that_has_left_is_not_killed_by_the_signal_that_comes_after_the_w
     assert session.loop.exitcode == 0
 
 
+def loop_that_is_told_to_end_with_all_others(setup: LoopSetup, pipe: Connection) -> None:
+    os.kill(os.getppid(), signal.SIGTERM)
+    signal.raise_signal(signal.SIGTERM)
+
+
+def test_a_signal_to_all_processes_while_the_rig_is_opened_is_an_interruption(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The device was told to be looked at, with exit status 2."""
+    monkeypatch.setattr(runner, "loop_process", loop_that_is_told_to_end_with_all_others)
+    with pytest.raises(Interrupted, match="the loop never ticked, and nothing was written to the rig"):
+        runner.carry_out(compose.load(None), [Planned("a", program())], RunOptions(tmp_path / "out", virtual=True))
+
+
 def loop_whose_driver_has_a_bug(setup: LoopSetup, pipe: Connection) -> None:
     def fail(_: SimulatedRig) -> None:
         raise ZeroDivisionError("division by zero")
@@ -203,10 +225,13 @@ def test_a_device_s_own_words_are_told_with_its_fault_outside_a_record() -> None
     sample = Sample(**dict.fromkeys(Sample._fields, 0))  # type: ignore[arg-type]
     words = "valve_1 on /dev/ttyUSB0: no usable answer in time"
 
-    def ending(fault: Fault) -> str:
+    def ending(fault: Fault, interrupted: bool = False) -> str:
         ring = SimpleNamespace(latest=lambda: sample._replace(fault=fault), told=words)
-        return runner.ending(SimpleNamespace(loop_error=lambda: "", loop=None, ring=ring))  # type: ignore[arg-type]
+        session = SimpleNamespace(loop_error=lambda: "", loop=None, ring=ring)
+        return runner.ending(session, interrupted)  # type: ignore[arg-type]
 
+    assert ending(Fault.TERMINATED, interrupted=True) == "", "by the signal that interrupted the command"
+    assert ending(Fault.TERMINATED).startswith("TERMINATED: ")
     assert ending(Fault.DEVICE_LOST).startswith("DEVICE_LOST: ")
     assert ending(Fault.DEVICE_LOST).endswith(f"; {words}")
     assert words not in ending(Fault.BAD_VALUE)

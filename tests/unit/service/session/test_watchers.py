@@ -5,6 +5,7 @@ import itertools
 import multiprocessing
 import os
 import secrets
+import signal
 import time
 from collections.abc import Iterator
 from multiprocessing.connection import Connection
@@ -67,12 +68,24 @@ def test_a_process_that_is_slow_to_start_is_not_said_to_have_ended(monkeypatch: 
     clock_s = itertools.count(0.0, 10.0)
     monkeypatch.setattr(time, "monotonic", lambda: next(clock_s))
     with ours, pytest.raises(RigError, match="the loop's process was not ready within 30 s; is this machine busy"):
-        await_ready(ours, "loop")
+        await_ready(ours, multiprocessing.Process(), "loop")
     theirs.close()
 
 
 def test_a_process_that_ended_before_it_was_ready_is_said_to_have() -> None:
     ours, theirs = multiprocessing.Pipe(duplex=False)
     theirs.close()
+    process = multiprocessing.get_context("spawn").Process()
+    process.start()
     with ours, pytest.raises(RigError, match="the loop's process ended before it was ready"):
-        await_ready(ours, "loop")
+        await_ready(ours, process, "loop")
+
+
+def test_a_process_that_a_signal_ended_before_it_was_ready_is_said_to_have_written_nothing() -> None:
+    """As by SIGTERM to a whole process group; the device was told to be looked at."""
+    ours, theirs = multiprocessing.Pipe(duplex=False)
+    process = multiprocessing.get_context("spawn").Process(target=signal.raise_signal, args=(signal.SIGTERM,))
+    process.start()
+    theirs.close()
+    with ours, pytest.raises(RigError, match="the loop's process was ended by SIGTERM before anything was written"):
+        await_ready(ours, process, "loop")
