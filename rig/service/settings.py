@@ -3,9 +3,9 @@ desk."""
 
 import ipaddress
 import os
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, is_dataclass, replace
 from pathlib import Path
-from typing import Final, Self
+from typing import Any, Final, Self
 
 from rig.config import read_text, read_yaml, shown, structure
 from rig.errors import ConfigError, RigError
@@ -106,10 +106,10 @@ class DaemonSettings:
     web: Web = field(default_factory=Web)
 
     def in_place(self) -> Self:
-        """The same with folders that are found from anywhere: the one that the daemon was started in may be removed
-        under it, and a name is relative to nothing then."""
-        metrics = self.metrics and self.metrics.absolute()
-        return replace(self, logs=self.logs.absolute(), state=self.state.absolute(), metrics=metrics)
+        """The same with files and folders that are found from anywhere: the one that the daemon was started in may be
+        removed under it, and a name is relative to nothing then."""
+        placed: Self = _in_place(self)
+        return placed
 
     @property
     def ledger(self) -> Path:
@@ -126,6 +126,17 @@ class DaemonSettings:
         """What may make room for new records."""
         keep_bytes = None if self.keep_gb is None else int(self.keep_gb * 1e9)
         return Policy(keep_bytes, None if self.keep_days is None else self.keep_days * 86400)
+
+
+def _in_place(setting: Any) -> Any:
+    """A setting, or a group of them, with every path absolute."""
+    if isinstance(setting, Path):
+        return setting.absolute()
+    if isinstance(setting, list):
+        return [_in_place(each) for each in setting]
+    if is_dataclass(setting) and not isinstance(setting, type):
+        return replace(setting, **{each.name: _in_place(getattr(setting, each.name)) for each in fields(setting)})
+    return setting
 
 
 def load_settings(path: Path | None) -> DaemonSettings:

@@ -71,7 +71,7 @@ def daemon(
     Ctrl-C."""
     import asyncio
 
-    from rig.app import compose
+    from rig.app import compose, shipped
     from rig.app.supervise import parts_of
     from rig.service.connections.socket_access import keep_others_out
     from rig.service.daemon import Daemon
@@ -86,7 +86,7 @@ def daemon(
         live.check_available()
     if settings.metrics is not None:
         metrics.check_usable(settings.metrics)
-    rig = compose.load(rig_path)
+    rig = compose.load(rig_path and shipped.find_config(rig_path, "rigs").absolute())
     virtual = clock == "virtual"
     if virtual:
         compose.allow_virtual(rig)
