@@ -34,6 +34,10 @@ class StateError(RigError):
     """A command does not fit the state of the rig, for example `start` while disarmed."""
 
 
+class LayoutError(StateError):
+    """Memory that another version of pamrig made, and that this one would misread."""
+
+
 class ModelError(RigError):
     """A model file or a parameter set cannot be used: unknown stage, wrong input, diverging."""
 

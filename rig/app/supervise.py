@@ -13,7 +13,7 @@ from typing import Any, Final
 
 from rig.app import compose, shipped, wire_locks
 from rig.app.loop_process import loop_process
-from rig.errors import DeviceError, RigError
+from rig.errors import DeviceError, RigError, StateError
 from rig.interfaces import Device, abilities_of
 from rig.realtime import measures
 from rig.realtime.clock import MonotonicClock
@@ -63,8 +63,12 @@ def watcher_process(setup: WatcherSetup, pipe: Connection) -> None:
     name_process(setup.writer.name.lower())
     rig: RigConfig = setup.rig
     device = _outside(rig, setup.options)
-    block = SafeBlock.attach(setup.block, setup.session)
-    supervisor = _supervisor(setup, rig, block, device)
+    try:
+        block = SafeBlock.attach(setup.block, setup.session)
+        supervisor = _supervisor(setup, rig, block, device)
+    except StateError as error:
+        pipe.send(("state", str(error)))
+        return
     if setup.writer is Writer.SUPERVISOR:
         _stand_by(device)
     pipe.send(("ready", _take_measures(rig)))

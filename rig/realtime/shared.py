@@ -1,7 +1,8 @@
 """A named block of memory that several processes map: the floor under the ring, the mailbox and the programs.
 
 Blocks are files in /dev/shm (or the temporary folder where there is none). Each begins with a magic, the pid of its
-maker and the session's id, so that a stale one is recognised. Words of 8 bytes are stored and loaded whole.
+maker, the session's id and the version of its layout, so that neither a stale one nor one of another pamrig is taken
+for one's own. Words of 8 bytes are stored and loaded whole.
 """
 
 import errno
@@ -12,14 +13,17 @@ import tempfile
 from pathlib import Path
 from typing import Final, Self
 
-from rig.errors import StateError
+from rig.errors import LayoutError, StateError
 
 KEPT_RING: Final = "-daemon-ring"
 """How the names of rings end that are not to be swept away before their black box is saved."""
 
 _MAGIC: Final = int.from_bytes(b"PAMRIG\x00\x01", "little")
 HEADER_WORDS: Final = 8
-_MAGIC_WORD, _PID_WORD, _SESSION_WORD, _SIZE_WORD = range(4)
+_MAGIC_WORD, _PID_WORD, _SESSION_WORD, _SIZE_WORD, _LAYOUT_WORD = range(5)
+LAYOUT: Final = 1
+"""Version of what lies in all blocks, samples among it; 0: made before there was any. Raise it when
+`tests/unit/realtime/test_layout.py` asks for it, or when a word means something else than before."""
 
 
 def folder() -> Path:
@@ -51,6 +55,7 @@ class SharedBlock:
             block.words[_PID_WORD] = os.getpid()
             block.words[_SESSION_WORD] = session
             block.words[_SIZE_WORD] = len(block.bytes)
+            block.words[_LAYOUT_WORD] = LAYOUT
             block.words[_MAGIC_WORD] = _MAGIC
             _take_name(draft, path)
         except OSError as error:
@@ -66,7 +71,8 @@ class SharedBlock:
 
     @classmethod
     def attach(cls, path: Path, session: int | None = None) -> Self:
-        """Map an existing block; StateError when it is missing, foreign, or of another session."""
+        """Map an existing block; StateError when it is missing, foreign, of another session, or (LayoutError) of
+        another version."""
         try:
             descriptor = _open_own(path, os.O_RDWR)
         except OSError as error:
@@ -80,6 +86,10 @@ class SharedBlock:
             os.close(descriptor)
         if block.words[_MAGIC_WORD] != _MAGIC or block.words[_SIZE_WORD] != size:
             raise StateError(f"{path}: not a block of pamrig")
+        if (layout := block.words[_LAYOUT_WORD]) != LAYOUT:
+            raise LayoutError(
+                f"{path}: made by another version of pamrig (layout {layout}, here {LAYOUT}), which alone can read it"
+            )
         if session is not None and block.session != session:
             raise StateError(f"{path}: belongs to session {block.session:x}, not {session:x}: stale shared memory")
         return block

@@ -12,7 +12,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, Final, Self
 
-from rig.errors import RecordError, RigError, StateError
+from rig.errors import LayoutError, RecordError, RigError, StateError
 from rig.log.mcap.schema import BLACK_BOX
 from rig.log.mcap.writer import RunWriter
 from rig.realtime.faults import Fault, explain
@@ -116,7 +116,8 @@ class Owner:
 
 def salvage(out: Path, owner: Owner) -> tuple[list[Path], list[str]]:
     """Save and remove the rings that dead daemons of this owner left behind; returns the black boxes, and a line on
-    each ring that stays: another's, and one for which there is no room. A ring that is broken is only removed."""
+    each ring that stays: another's, one of another version of pamrig, and one for which there is no room. A ring that
+    is broken is only removed."""
     saved, stay = [], []
     for path in _left():
         try:
@@ -130,6 +131,9 @@ def salvage(out: Path, owner: Owner) -> tuple[list[Path], list[str]]:
                 fault = Fault(newest.fault) if newest.fault else Fault.CONTROL_LOST
                 said = "saved by the next daemon from the memory of one that had died"
                 saved.append(save(ring, out, fault, said, {"rig": its.rig}))
+        except LayoutError as error:
+            stay.append(f"{error}; left by a dead daemon, and not touched")
+            continue
         except (StateError, ValueError, IndexError):
             pass
         except RigError as error:  # the disk takes nothing now: the evidence stays where it is

@@ -13,7 +13,7 @@ from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any
 
-from rig.errors import RecordError
+from rig.errors import RecordError, StateError
 from rig.log.mcap.writer import RunWriter
 from rig.realtime.faults import Fault, explain
 from rig.realtime.ring import Ring, RingReader
@@ -57,7 +57,12 @@ def record(ring_path: Path, session: int, orders: Connection, results: Connectio
     name_process("recorder")
     with suppress(OSError):
         os.nice(_NICE)
-    recorder = Recorder(Ring.attach(ring_path, session), orders, results)
+    try:
+        ring = Ring.attach(ring_path, session)
+    except StateError as error:
+        results.send(RecorderTrouble(0, str(error), final=True))
+        return
+    recorder = Recorder(ring, orders, results)
     signal.signal(signal.SIGTERM, lambda *_: recorder.end())
     recorder.run()
 

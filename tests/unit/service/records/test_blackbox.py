@@ -53,6 +53,12 @@ def ring(tmp_path: Path) -> Iterator[Ring]:
     ring.block.unlink()
 
 
+@pytest.fixture
+def of_before(ring: Ring) -> None:
+    """Another version made the ring, before there were any."""
+    ring.block.words[4] = 0
+
+
 def ticks_of(path: Path) -> list[int]:
     with path.open("rb") as file:
         return [
@@ -132,6 +138,15 @@ def test_a_ring_that_says_nobody_s_name_stays(tmp_path: Path) -> None:
         assert ring.block.path.exists()
     finally:
         ring.block.unlink()
+
+
+def test_the_ring_of_another_version_stays_and_is_named(ring: Ring, tmp_path: Path, of_before: None) -> None:
+    """It was read as if it were one of ours, and removed."""
+    _give_to_the_dead(filled(ring, 10))
+    boxes, (line,) = salvaged(ring, tmp_path / "boxes", owner(tmp_path))
+    assert boxes == []
+    assert line.endswith("which alone can read it; left by a dead daemon, and not touched")
+    assert ring.block.path.exists()
 
 
 def test_the_ring_of_a_living_daemon_is_left_alone(ring: Ring, tmp_path: Path) -> None:
