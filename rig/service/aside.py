@@ -1,17 +1,65 @@
-"""Work on a disk that may stand still, from a thread that nobody waits for at the end."""
+"""Work on disks and processes that may stand still, from threads that nobody has to wait for. Each piece has a thread
+of its own: those of an event loop are few, and one disk would hold up what is on another."""
 
 import asyncio
 import contextlib
 import threading
 from collections.abc import Callable
-from typing import Any, TypeVar
+from typing import Any, Final, TypeVar
 
 T = TypeVar("T")
+END_S: Final = 10.0
+"""For a disk to take what was begun, when the daemon ends."""
+_SOON_S: Final = 0.2
+"""Nobody is told of a wait that is shorter."""
 
 
 async def aside(work: Callable[[], T]) -> T:
-    """What `work` gives, from a thread that no process waits for at its end, unlike those of the event loop: a disk may
-    stand still."""
+    """What `work` gives, from a thread that no process waits for at its end, unlike those of the event loop."""
+    return await _begun(work)
+
+
+class DiskWork:
+    """Pieces of work whose outcome is to be on a disk: each is carried out to its end, whoever waited for it."""
+
+    def __init__(self) -> None:
+        self._under_way: set[asyncio.Future[Any]] = set()
+
+    async def do(self, work: Callable[[], T]) -> T:
+        """What `work` gives. Who is cancelled meanwhile leaves it to be carried out all the same."""
+        return await asyncio.shield(self.begin(work))
+
+    def begin(self, work: Callable[[], T]) -> "asyncio.Future[T]":
+        """The same without waiting for it."""
+        piece = _begun(work)
+        self._under_way.add(piece)
+        piece.add_done_callback(self._over)
+        return piece
+
+    async def end(self, last: Callable[[], None], say: Callable[[str], None]) -> str:
+        """Let what was begun come to its end, and then `last`; returns what became of that, in words, empty when all is
+        well. `say` gets a line when it takes a while."""
+        if await self._settled(say):
+            self.begin(last)
+            if await self._settled(say):
+                return ""
+        return f"a disk did not take within {END_S:g} s what was begun on it: look at the queue and the ledger"
+
+    async def _settled(self, say: Callable[[str], None]) -> bool:
+        if self._under_way:
+            await asyncio.wait(self._under_way, timeout=_SOON_S)
+        if self._under_way:
+            say("waiting for the disk: queue, ledger or metrics")
+            await asyncio.wait(self._under_way, timeout=END_S)
+        return not self._under_way
+
+    def _over(self, piece: "asyncio.Future[Any]") -> None:
+        self._under_way.discard(piece)
+        if not piece.cancelled():
+            piece.exception()  # for who has gone meanwhile: nobody else asks
+
+
+def _begun(work: Callable[[], T]) -> "asyncio.Future[T]":
     loop = asyncio.get_running_loop()
     done: asyncio.Future[T] = loop.create_future()
 
@@ -29,4 +77,4 @@ async def aside(work: Callable[[], T]) -> T:
             loop.call_soon_threadsafe(tell, *told)
 
     threading.Thread(target=carry_out, name="aside", daemon=True).start()
-    return await done
+    return done

@@ -10,6 +10,7 @@ import sys
 import time
 from collections.abc import Awaitable, Callable, Coroutine, Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
+from functools import partial
 from pathlib import Path
 from typing import Any, Final
 
@@ -17,6 +18,7 @@ from rig.channels import FACT as CHANNELS
 from rig.errors import RigError
 from rig.realtime.faults import explain
 from rig.realtime.state import Event, State
+from rig.service.aside import DiskWork, aside
 from rig.service.connections import socket_access
 from rig.service.connections.arguments import check_line
 from rig.service.connections.control import Server
@@ -83,8 +85,9 @@ class Daemon:
         self._queue = Queue(settings.state / "queue.json")
         self._operating = OperatingTime(settings.operating_time)
         self._ledger = Ledger(settings.ledger, self._operating.s)
-        self._retention = Retention(self._ledger, settings.retention, self._operating)
-        self._runner = QueueRunner(self._monitor, self._queue, parts.rig, settings, self._ledger)
+        self._disks = DiskWork()
+        self._retention = Retention(self._ledger, settings.retention, self._operating, self._disks)
+        self._runner = QueueRunner(self._monitor, self._queue, parts.rig, settings, self._ledger, self._disks)
         self._checker = Planner(parts.rig)
         self._starting = StartHandler(self._monitor, self._queue, self._runner, self._checker)
         self._reports = FaultReports(self._monitor, settings.state / "blackbox", self._runner.hold)
@@ -142,7 +145,7 @@ class Daemon:
             port = await self._server.listen_for_viewers(self._settings.view.host, self._settings.view.port, token)
             _LOG.info("viewers may look at %s:%d", self._settings.view.host, port)
         await self._reports.salvage(self._owner)
-        await asyncio.to_thread(self._page.open)
+        await aside(self._page.open)
         await loop.run_in_executor(self._starter, self._monitor.open)
         await self._show_live()
         self._tasks = [asyncio.create_task(planner.warm()) for planner in (self._checker, self._runner.planner)]
@@ -172,19 +175,18 @@ class Daemon:
             task.cancel()
         self._monitor.begin_close()  # before anybody is waited for
         for planner in (self._checker, self._runner.planner):
-            await asyncio.to_thread(planner.close)
+            await aside(planner.close)
         await asyncio.gather(*self._tasks, return_exceptions=True)
-        await asyncio.to_thread(self._live.close)
-        await asyncio.to_thread(self._page.close)
+        await aside(self._live.close)
+        await aside(self._page.close)
         left = await asyncio.get_running_loop().run_in_executor(self._starter, self._monitor.close, self._wait_on)
         lost = await self._reports.end(self._wait_on)
-        await self._retention.end()
+        late = await self._disks.end(self._retention.remember, self._wait_on)
         await self._server.close()
         for executor in (self._starter, self._marking):
             executor.shutdown()
-        await asyncio.get_running_loop().shutdown_default_executor()  # what a cancelled task had begun in a thread
         self._notifier.close()
-        _LOG.info("ended; %s", "; ".join(filter(None, (left, lost))))
+        _LOG.info("ended; %s", "; ".join(filter(None, (left, lost, late))))
 
     def _wait_on(self, why: str) -> None:
         """Say what the end waits for; whoever told us to end is to wait too."""
@@ -222,7 +224,7 @@ class Daemon:
         while True:
             if self._settings.metrics is not None:
                 with contextlib.suppress(OSError, RigError):
-                    await asyncio.to_thread(metrics.write, self._settings.metrics, self.status(None))
+                    await self._disks.do(partial(metrics.write, self._settings.metrics, self.status(None)))
             await asyncio.sleep(_HOUSEKEEPING_S)
 
     async def _stay_reachable(self) -> None:
@@ -263,7 +265,7 @@ class Daemon:
         return safe_json(await self._monitor.estop(), self._safe_mpa)
 
     async def _clear(self, _: Given) -> dict[str, Any]:
-        return {"cleared": await asyncio.to_thread(self._queue.clear)}
+        return {"cleared": await self._disks.do(self._queue.clear)}
 
     async def _mark(self, given: Given) -> dict[str, str]:
         """Into the log of the record that runs."""

@@ -19,6 +19,7 @@ from pathlib import Path
 from typing import Any, Final, TypeVar
 
 from rig.errors import RigError
+from rig.service.aside import aside
 from rig.service.processes import is_stopped, start_process
 
 T = TypeVar("T")
@@ -102,9 +103,9 @@ class HelperProcess:
         """What `exchange`, which calls `ask`, makes of a request, on a thread. Who is cancelled takes the process with
         him: nobody else is to wait for what he asked, or to get his answer."""
         try:
-            return await asyncio.to_thread(exchange, request)
+            return await aside(lambda: exchange(request))
         except asyncio.CancelledError:
-            await _to_its_end(asyncio.ensure_future(asyncio.to_thread(self.end)))
+            await _to_its_end(asyncio.ensure_future(aside(self.end)))
             raise
 
     def end(self) -> None:

@@ -5,6 +5,7 @@ import logging
 import time
 from collections.abc import Collection, Coroutine
 from datetime import UTC, datetime
+from functools import partial
 from pathlib import Path
 from typing import Any, Final, TypeVar
 
@@ -14,13 +15,14 @@ from rig.outputs import file_name
 from rig.realtime.commands import Request, program_path
 from rig.realtime.state import State
 from rig.rig_config import RigConfig, apart
+from rig.service.aside import DiskWork, aside
 from rig.service.connections.protocol import Code, Refused
 from rig.service.processes import DISK_PATIENCE_S
 from rig.service.queue.job_queue import Job, JobState, Queue
 from rig.service.queue.planner import Planner, Published, Summary
 from rig.service.records.free_space import FreeSpace
 from rig.service.records.ledger import Ledger
-from rig.service.records.record_names import aside, free, vacated
+from rig.service.records.record_names import free, renamed, vacated
 from rig.service.records.recorder_messages import RunOrder, RunResult
 from rig.service.session.run_setup import order_of, session_facts
 from rig.service.session.session import Session
@@ -48,9 +50,11 @@ class QueueRunner:
     """Turns jobs into runs of the monitor's session."""
 
     def __init__(
-        self, monitor: SessionMonitor, queue: Queue, rig: RigConfig, settings: DaemonSettings, ledger: Ledger
-    ) -> None:
+        self, monitor: SessionMonitor, queue: Queue, rig: RigConfig, settings: DaemonSettings, ledger: Ledger,
+        disks: DiskWork,
+    ) -> None:  # fmt: skip
         self._monitor, self._queue, self._rig, self._settings, self._ledger = monitor, queue, rig, settings, ledger
+        self._disks = disks
         self.planner = Planner(rig)
         self.space = FreeSpace(settings.logs)
         """On the disk where the records go."""
@@ -70,9 +74,9 @@ class QueueRunner:
         self.holds = 0
         """How often somebody has stopped the queue: who began before it is not to go on after it."""
 
-    def add(self, path: Path, sweep: Summary, pause_s: float) -> Job:
+    async def add(self, path: Path, sweep: Summary, pause_s: float) -> Job:
         """A sweep at the end of the queue."""
-        return self._queue.add(path, path.stem, sweep.records, sweep.seconds, pause_s)
+        return await self._disks.do(lambda: self._queue.add(path, path.stem, sweep.records, sweep.seconds, pause_s))
 
     def go_on(self, only: Collection[int] | None = None) -> None:
         """Work until the queue, or what of it was asked for, is done; more may be asked for meanwhile."""
@@ -173,8 +177,8 @@ class QueueRunner:
 
     async def _records(self, job: Job, sweep: Summary) -> None:
         await self.check_space()
-        job.folder = job.folder or str(await asyncio.to_thread(self._folder, job.name))
-        await asyncio.to_thread(_make, Path(job.folder))
+        job.folder = job.folder or str(await self._disks.do(lambda: self._folder(job.name)))
+        await self._disks.do(lambda: _make(Path(job.folder)))
         for index in range(job.done, job.total):
             await self.check_space()
             if self._held:
@@ -184,7 +188,7 @@ class QueueRunner:
                 self._give_up(job, JobState.STOPPED, self._why(result))
                 return
             stopped = result.ended is Ended.STOPPED
-            file = await asyncio.to_thread(aside, result.file, result.ended) if stopped else result.file
+            file = await self._disks.do(partial(renamed, result.file, result.ended)) if stopped else result.file
             job.made(file, valid=result.valid or stopped)
             await self._remember(file)
             if stopped:
@@ -200,7 +204,7 @@ class QueueRunner:
         """The queue onto the disk. One that takes nothing is told, and is no end of the daemon: the queue goes on in
         memory, and is kept by the next change that can be."""
         try:
-            await asyncio.to_thread(self._queue.save)
+            await self._disks.do(self._queue.save)
         except RigError as error:
             _LOG.error("%s; after a restart the daemon knows the queue as it was kept last", error)
 
@@ -208,7 +212,7 @@ class QueueRunner:
         """Write down that the daemon made it. A record that cannot be written down stays for ever, which is no reason
         to stop."""
         try:
-            await asyncio.to_thread(self._ledger.add, file)
+            await self._disks.do(lambda: self._ledger.add(file))
         except RigError as error:
             _LOG.error("%s", error)
 
@@ -226,7 +230,7 @@ class QueueRunner:
             raise
         session.adopt(run)
         try:
-            self.current = await asyncio.to_thread(vacated, Path(job.folder) / f"{plan.name}.mcap")
+            self.current = await self._disks.do(lambda: vacated(Path(job.folder) / f"{plan.name}.mcap"))
             facts: dict[str, Any] = {
                 **session_facts(session, self._rig),
                 **plan.facts,
@@ -247,7 +251,7 @@ class QueueRunner:
         """Tell the recorder, who takes an order that is longer than a pipe when his disk lets him, and then the loop.
         _Held when there are more than so many `holds` meanwhile: the rig may even be armed anew by then, and a reset
         waits for us."""
-        telling = asyncio.ensure_future(asyncio.to_thread(session.expect, order))
+        telling = asyncio.ensure_future(aside(lambda: session.expect(order)))
         try:
             while not telling.done():
                 await asyncio.wait({telling}, timeout=_POLL_S)

@@ -56,7 +56,7 @@ class StartHandler:
         waits = self._runner.interrupted
         if sweeps and waits and not before:
             raise Refused(Code.WRONG_STATE, f"the queue holds {waits}; {_DECIDE}")
-        jobs = [await asyncio.to_thread(self._runner.add, path, summary, pause_s) for path, summary in planned]
+        jobs = [await self._runner.add(path, summary, pause_s) for path, summary in planned]
         if self._queue.next() is None:
             raise Refused(Code.WRONG_STATE, "the queue is empty; give a sweep to start")
         self._require_unstopped(holds, "it waits in the queue, and nothing moves")

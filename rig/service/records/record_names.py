@@ -17,11 +17,11 @@ def vacated(path: Path) -> Path:
     with suppress(RigError, DamageError):
         ended = ended_of(walk(map_file(path)).facts(RESULT_METADATA))
         if ended not in (None, Ended.COMPLETE):
-            aside(path, ended)
+            renamed(path, ended)
     return free(path)
 
 
-def aside(file: Path, ended: Ended | None) -> Path:
+def renamed(file: Path, ended: Ended | None) -> Path:
     """A record that is not complete under a name that says so, so that the complete one takes the plain name; its place
     now."""
     place = free(file.with_name(f"{file.stem}_{ended}{file.suffix}"))

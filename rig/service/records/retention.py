@@ -9,11 +9,11 @@ import asyncio
 import logging
 import os
 from collections.abc import Iterable
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import Any, Final
 
 from rig.errors import RigError
+from rig.service.aside import DiskWork
 from rig.service.records.ledger import Ledger, LedgerEntry
 from rig.service.records.operating_time import OperatingTime
 
@@ -62,29 +62,20 @@ def _newest(present: Iterable[LedgerEntry]) -> dict[str, LedgerEntry]:
 class Retention:
     """Announces what is due and removes what has been announced for a day."""
 
-    def __init__(self, ledger: Ledger, policy: Policy, operating: OperatingTime) -> None:
-        self._ledger, self._policy, self._operating = ledger, policy, operating
+    def __init__(self, ledger: Ledger, policy: Policy, operating: OperatingTime, disks: DiskWork) -> None:
+        self._ledger, self._policy, self._operating, self._disks = ledger, policy, operating, disks
         self._announced: dict[str, float] = {}
         """Path -> operating time of the announcement (s)."""
-        self._aside = ThreadPoolExecutor(1, "retention")
-        """What is begun there is carried out to its end, one after the other, whoever waited for it."""
 
     async def run(self) -> None:
         """A turn every ten minutes, for ever; each removal stands in the log, a day ahead and once it is done."""
-        loop = asyncio.get_running_loop()
         while True:
-            await loop.run_in_executor(self._aside, self.remember)
+            await self._disks.do(self.remember)
             try:
-                await loop.run_in_executor(self._aside, self.turn)
+                await self._disks.do(self.turn)
             except RigError as error:
                 _LOG.error("retention: %s", error)
             await asyncio.sleep(_TURN_S)
-
-    async def end(self) -> None:
-        """For the end of the daemon, when nobody waits for `run` any more: keep for how long it ran, after whatever a
-        turn had begun. Nothing is removed, written or logged afterwards."""
-        await asyncio.get_running_loop().run_in_executor(self._aside, self.remember)
-        self._aside.shutdown()
 
     def remember(self) -> None:
         """Keep how long the daemon has run; where that cannot be written, records grow old later, and the log says

@@ -12,7 +12,7 @@ from rig.errors import RigError
 from rig.realtime.faults import Fault, explain
 from rig.realtime.safe_state import Outcome
 from rig.realtime.state import State
-from rig.service.aside import aside
+from rig.service.aside import END_S, aside
 from rig.service.records import blackbox
 from rig.service.session.session_monitor import SessionMonitor
 
@@ -20,8 +20,6 @@ AGAIN_S: Final = 5.0
 """Until a black box is tried again that the disk did not take."""
 MOST_WAITING: Final = 8
 """Black boxes that wait for the disk at a time: each is 1.5 MB of memory."""
-END_S: Final = 10.0
-"""At most, for those that still wait when the daemon ends."""
 _LOG = logging.getLogger("pamrig")
 
 
@@ -118,7 +116,7 @@ class FaultReports:
 
     async def salvage(self, owner: blackbox.Owner) -> None:
         """The black boxes that a daemon of this owner left that had died."""
-        boxes, others = await asyncio.to_thread(blackbox.salvage, self._folder, owner)
+        boxes, others = await aside(lambda: blackbox.salvage(self._folder, owner))
         for saved in boxes:
             self._keep(saved, "left by a daemon that had died")
         for line in others:

@@ -14,12 +14,14 @@ import secrets
 import socket
 import time
 from dataclasses import dataclass, field, replace
+from functools import partial
 from multiprocessing.connection import Connection
 from multiprocessing.process import BaseProcess
 from pathlib import Path
 from typing import Any, Final
 
 from rig.errors import StateError
+from rig.service.aside import aside
 from rig.service.processes import RestartDelays, is_stopped, start_process
 from rig.service.session.session_monitor import SessionParts
 from rig.service.settings import DaemonSettings, Web, read_token
@@ -164,12 +166,12 @@ class Page:
 
     async def _look(self) -> None:
         if self._spare is None or self._lost(self._spare):
-            await asyncio.to_thread(self._end, self._spare)
-            self._spare = await asyncio.to_thread(self._start)
+            await aside(partial(self._end, self._spare))
+            self._spare = await aside(self._start)
         problem = self._lost(self._serving)
         if not problem:
             return
-        await asyncio.to_thread(self._end, self._serving)
+        await aside(partial(self._end, self._serving))
         self.restarts += 1
         pause_s = self._pauses.next_s()
         _LOG.error("page: %s; started again", problem)

@@ -7,14 +7,17 @@ import json
 import socket
 import threading
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
 
 from rig.app import compose
 from rig.app.supervise import parts_of
+from rig.service import aside
 from rig.service.connections import protocol
 from rig.service.daemon import Daemon
+from rig.service.queue.job_queue import Queue
 from rig.service.queue.planner import Planner
 from rig.service.session.session_monitor import SessionMonitor
 from rig.service.settings import DaemonSettings, Web
@@ -68,6 +71,54 @@ def test_while_a_live_view_ends_others_are_answered(tmp_path: Path, monkeypatch:
 
     said = asyncio.run(asyncio.wait_for(serve(), 3 * PATIENCE_S))
     assert said["ok"]
+
+
+def test_a_disk_that_stands_still_under_the_queue_keeps_no_other_work_and_no_end(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    """Clients who cleared the queue took all threads of the event loop, of which the ledger's entries, a page that was
+    to be started anew and the end of the daemon had theirs."""
+    caplog.set_level("INFO", logger="pamrig")
+    begun, over, forgotten = threading.Semaphore(0), threading.Event(), threading.Event()
+
+    def slowly(_: Queue) -> list[int]:
+        begun.release()
+        over.wait(PATIENCE_S)
+        return []
+
+    monkeypatch.setattr(Queue, "clear", slowly)
+    monkeypatch.setattr(aside, "END_S", 0.05)
+    monkeypatch.setattr(SessionMonitor, "open", lambda _: None)
+    monkeypatch.setattr(SessionMonitor, "close", lambda *_: "the rig is safe")
+    monkeypatch.setattr(Planner, "warm", lambda _: asyncio.sleep(0))
+    monkeypatch.setattr(LiveView, "close", lambda _: forgotten.set())
+    settings = DaemonSettings(logs=tmp_path / "logs", state=tmp_path, socket=tmp_path / "s.sock", web=Web(on=False))
+
+    async def serve() -> None:
+        asyncio.get_running_loop().set_default_executor(ThreadPoolExecutor(2))
+        daemon = Daemon(parts_of(compose.load(None), virtual=True), settings)
+        serving = asyncio.ensure_future(daemon.serve())
+        while "listening" not in caplog.text:
+            await asyncio.sleep(0.001)
+        clients = [await asyncio.open_unix_connection(settings.socket) for _ in range(3)]
+        for _, writer in clients:
+            writer.write(protocol.encode({"command": "clear"}))
+        for _ in range(2):
+            while not begun.acquire(blocking=False):
+                await asyncio.sleep(0.001)
+        daemon.end()
+        await until(forgotten)
+        await serving
+        over.set()
+        for _, writer in clients:
+            writer.close()
+            await writer.wait_closed()
+
+    asyncio.run(asyncio.wait_for(serve(), PATIENCE_S / 2))
+    assert caplog.messages[-1] == (
+        "ended; the rig is safe; a disk did not take within 0.05 s what was begun on it: look at the queue and the "
+        "ledger"
+    )
 
 
 def test_systemd_is_asked_for_the_time_that_a_recorder_needs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

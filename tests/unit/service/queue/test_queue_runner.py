@@ -12,6 +12,7 @@ import pytest
 from rig.app import compose, shipped
 from rig.errors import RigError
 from rig.realtime.commands import Request, program_path
+from rig.service.aside import DiskWork
 from rig.service.connections.protocol import Code, Refused
 from rig.service.queue import queue_runner
 from rig.service.queue.job_queue import Job, JobState, Queue
@@ -30,7 +31,7 @@ def runner(folder: Path, spare_gb: float, session: Any = None) -> tuple[QueueRun
     queue = Queue(folder / "queue.json")
     monitor: Any = SimpleNamespace(fault=None, session=session, telemetry=None)
     settings = DaemonSettings(logs=folder / "logs", state=folder, spare_gb=spare_gb)
-    return QueueRunner(monitor, queue, compose.load(None), settings, Ledger(settings.ledger)), queue
+    return QueueRunner(monitor, queue, compose.load(None), settings, Ledger(settings.ledger), DiskWork()), queue
 
 
 def worked_on(folder: Path, sweep: Path, spare_gb: float) -> Job:
@@ -251,7 +252,7 @@ def ready(
     queue = Queue(folder / "queue.json")
     monitor: Any = SimpleNamespace(fault=None, session=session, telemetry=None, request=request)
     settings = DaemonSettings(logs=folder / "logs", state=folder, spare_gb=0.0)
-    work = QueueRunner(monitor, queue, compose.load(None), settings, Ledger(settings.ledger))
+    work = QueueRunner(monitor, queue, compose.load(None), settings, Ledger(settings.ledger), DiskWork())
     work.planner = SlowPlanner("nothing")
     job = queue.add(QUICK, name, 1, 10.0, 0.0)
     work.go_on()

@@ -9,6 +9,7 @@ import pytest
 
 from rig.app import compose, shipped
 from rig.realtime.state import State
+from rig.service.aside import DiskWork
 from rig.service.connections.protocol import Code, Refused
 from rig.service.queue.job_queue import Queue
 from rig.service.queue.planner import Summary
@@ -39,7 +40,7 @@ def made(folder: Path) -> tuple[StartHandler, QueueRunner, Queue, SlowChecker]:
         fault=None, session=None, telemetry=None, state=State.ARMED, require=lambda event: None
     )
     settings = DaemonSettings(logs=folder / "logs", state=folder, spare_gb=0.0)
-    runner = QueueRunner(monitor, queue, compose.load(None), settings, Ledger(settings.ledger))
+    runner = QueueRunner(monitor, queue, compose.load(None), settings, Ledger(settings.ledger), DiskWork())
     either: Any = checker
     return StartHandler(monitor, queue, runner, either), runner, queue, checker
 

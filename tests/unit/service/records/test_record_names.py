@@ -8,7 +8,7 @@ from support.records.made_logs import made_content
 
 from rig.log.convert import write_content
 from rig.log.mcap.schema import Ended
-from rig.service.records.record_names import aside, free, vacated
+from rig.service.records.record_names import free, renamed, vacated
 
 
 def record(path: Path, **result: object) -> Path:
@@ -42,7 +42,7 @@ def test_a_complete_record_keeps_it_and_so_does_what_cannot_be_read(tmp_path: Pa
 def test_nothing_is_overwritten_on_the_way(tmp_path: Path) -> None:
     (tmp_path / "sine_stopped.mcap").write_text("precious")
     file = record(tmp_path / "sine.mcap", ended="stopped")
-    assert aside(file, Ended.STOPPED) == tmp_path / "sine_stopped_again2.mcap"
+    assert renamed(file, Ended.STOPPED) == tmp_path / "sine_stopped_again2.mcap"
     assert (tmp_path / "sine_stopped.mcap").read_text() == "precious"
     (tmp_path / "begun.mcap.partial").touch()
     assert free(tmp_path / "begun.mcap") == tmp_path / "begun_again2.mcap"

@@ -15,6 +15,7 @@ from click.testing import CliRunner
 from rig.app import shipped
 from rig.cli.service.daemon import daemon
 from rig.errors import RigError
+from rig.service.aside import DiskWork
 from rig.service.records.ledger import Ledger
 from rig.service.records.operating_time import OperatingTime
 from rig.service.records.retention import NOTICE_S, Policy, Retention
@@ -46,7 +47,7 @@ class Desk:
 
     def retention(self, keep_bytes: int | None = None, keep_days: float | None = None) -> Retention:
         keep_s = None if keep_days is None else keep_days * DAY_S
-        return Retention(self.ledger, Policy(keep_bytes, keep_s), self.operating)
+        return Retention(self.ledger, Policy(keep_bytes, keep_s), self.operating, DiskWork())
 
     def gone(self, retention: Retention) -> list[str]:
         """What goes once everything has been announced for long enough."""
@@ -210,7 +211,7 @@ def test_an_operating_time_that_cannot_be_written_says_so_and_rooms_are_made_all
 ) -> None:
     with pytest.raises(RigError, match=r"operating_time.json: cannot be written: No such file"):
         OperatingTime(tmp_path / "none" / "operating_time.json").save()
-    retention = Retention(desk.ledger, Policy(), OperatingTime(tmp_path / "none" / "operating_time.json"))
+    retention = Retention(desk.ledger, Policy(), OperatingTime(tmp_path / "none" / "operating_time.json"), DiskWork())
     retention.remember()
     assert "operating_time.json: cannot be written" in caplog.text
 
