@@ -152,10 +152,12 @@ class MixedRig(Abilities):
 
         if at_once and len(parts) > 1:
             threads = [threading.Thread(target=one, args=(place,), daemon=True) for place in range(len(parts))]
-            for thread in threads:
-                thread.start()
-            for thread in threads:
-                thread.join()
+            late = [place for place, thread in enumerate(threads) if not _started(thread)]
+            for place in late:  # after those that go on by themselves
+                one(place)
+            for place, thread in enumerate(threads):
+                if place not in late:
+                    thread.join()
         else:
             for place in range(len(parts)):
                 one(place)
@@ -173,6 +175,15 @@ def _reader(part: Device) -> tuple[Device, tuple[int, ...], list[tuple[int, int]
     ages = [(ABSENT_BY_ROLE[role], _PLACES[role][-1]) for role in roles]
     not_mine = sum(flag for role, flag in ABSENT_BY_ROLE.items() if role not in roles)
     return part, places, ages, ~not_mine
+
+
+def _started(thread: threading.Thread) -> bool:
+    """Whether this machine gives it: one that has none left is to be made safe all the same."""
+    try:
+        thread.start()
+    except RuntimeError:
+        return False
+    return True
 
 
 def _raise_worst(errors: Sequence[DeviceError]) -> None:

@@ -27,14 +27,21 @@ class Rescue:
         failed."""
         if self._thread is None:
             self._error = None
-            self._thread = threading.Thread(target=self._run, name="myrio-rescue", daemon=True)
-            self._thread.start()
+            self._thread = self._begun()
         self._thread.join(patience_s)
         if self._thread.is_alive():
             raise DeviceError(f"{self._name}: the safe set-points are not written yet: a new session is being opened")
         self._thread = None
         if self._error is not None:
             raise self._error
+
+    def _begun(self) -> threading.Thread:
+        thread = threading.Thread(target=self._run, name="myrio-rescue", daemon=True)
+        try:
+            thread.start()
+        except RuntimeError:
+            raise DeviceError(f"{self._name}: the safe set-points are not written: no thread to be had") from None
+        return thread
 
     def finish(self, patience_s: float) -> None:
         """Wait for a write that is under way, before the process may end."""

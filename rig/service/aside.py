@@ -1,22 +1,67 @@
 """Work on disks and processes that may stand still, from threads that nobody has to wait for. Each piece has a thread
 of its own: those of an event loop are few, and one disk would hold up what is on another."""
 
+import _thread
 import asyncio
 import contextlib
-import threading
+import logging
+import queue
 from collections.abc import Callable
 from typing import Any, Final, TypeVar
+
+from rig.errors import RigError
 
 T = TypeVar("T")
 END_S: Final = 10.0
 """For a disk to take what was begun, when the daemon ends."""
 _SOON_S: Final = 0.2
 """Nobody is told of a wait that is shorter."""
+_LOG = logging.getLogger("pamrig")
 
 
 async def aside(work: Callable[[], T]) -> T:
     """What `work` gives, from a thread that no process waits for at its end, unlike those of the event loop."""
     return await _begun(work)
+
+
+async def aside_or_here(work: Callable[[], T]) -> T:
+    """The same for what has to be done at once: by the event loop's own thread where this machine gives no other."""
+    try:
+        return await aside(work)
+    except NoThread:
+        return work()
+
+
+class NoThread(RigError):
+    """This machine gives no thread: so many run already, or there is no memory for another."""
+
+
+class StandBy:
+    """A thread for the moment of trouble, at which the machine may give none: it is there before, and waits."""
+
+    def __init__(self) -> None:
+        """NoThread when there is none to be had."""
+        self.busy = False
+        self._works: queue.SimpleQueue[Callable[[], None] | None] = queue.SimpleQueue()
+        _begin_thread(self._run)
+
+    def begin(self, work: Callable[[], None]) -> None:
+        """Carry it out; not while it is `busy`."""
+        self.busy = True
+        self._works.put(work)
+
+    def end(self) -> None:
+        """Let the thread end, after what it does."""
+        self._works.put(None)
+
+    def _run(self) -> None:
+        while (work := self._works.get()) is not None:
+            try:
+                work()
+            except Exception:  # noqa: BLE001 - it is to be there for the next attempt
+                _LOG.exception("error in pamrig itself, please report it")
+            finally:
+                self.busy = False
 
 
 class DiskWork:
@@ -76,5 +121,14 @@ def _begun(work: Callable[[], T]) -> "asyncio.Future[T]":
         with contextlib.suppress(RuntimeError):  # the event loop has ended
             loop.call_soon_threadsafe(tell, *told)
 
-    threading.Thread(target=carry_out, name="aside", daemon=True).start()
+    _begin_thread(carry_out)
     return done
+
+
+def _begin_thread(work: Callable[[], None]) -> None:
+    """NoThread when there is none to be had. Not by `threading.Thread`, which waits until the thread has come up: for
+    ever, on the event loop, when there is no memory for that."""
+    try:
+        _thread.start_new_thread(work, ())
+    except RuntimeError:
+        raise NoThread("this machine gives no thread for it; try again") from None

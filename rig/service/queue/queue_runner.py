@@ -15,7 +15,7 @@ from rig.outputs import file_name
 from rig.realtime.commands import Request, program_path
 from rig.realtime.state import State
 from rig.rig_config import RigConfig, apart
-from rig.service.aside import DiskWork, aside
+from rig.service.aside import DiskWork, NoThread, aside
 from rig.service.connections.protocol import Code, Refused
 from rig.service.processes import DISK_PATIENCE_S
 from rig.service.queue.job_queue import Job, JobState, Queue
@@ -153,7 +153,7 @@ class QueueRunner:
             await self._records(job, sweep)
         except _Held:
             pass  # stopped, below
-        except Refused as error:  # by the disk or the loop, as things stand now: the sweep is as good as before
+        except (Refused, NoThread) as error:  # as things stand now: the sweep is as good as before
             self._give_up(job, JobState.STOPPED, str(error))
         except RigError as error:
             self._give_up(job, JobState.FAILED, str(error))

@@ -39,8 +39,8 @@ class FreeSpace:
             self._asked = asyncio.ensure_future(aside(self._look))
         asked = self._asked
         done, _ = await asyncio.wait({asked}, timeout=SILENCE_S)
-        self._answers = bool(done)
-        if done:
+        self._answers = bool(done) and asked.exception() is None  # this machine may have no thread to ask from
+        if self._answers:
             self.gb = asked.result()
 
     async def watch(self) -> None:

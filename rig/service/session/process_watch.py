@@ -6,10 +6,10 @@ order: the loop, the supervisor, this process, the guardian, the device's own wa
 """
 
 import math
-import threading
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from multiprocessing.process import BaseProcess
 from typing import Final
 
@@ -27,6 +27,7 @@ from rig.realtime.safe_state import (
     look,
 )
 from rig.realtime.silence import Silence
+from rig.service.aside import StandBy
 from rig.service.processes import is_stopped
 from rig.service.session.watchers import Watchers
 
@@ -88,8 +89,8 @@ class ProcessWatch:
         self._looked_for = (0, 0)
         """A write of the loop, and how often it was looked at for it."""
         self._loss: Loss | None = None
-        self._thread: threading.Thread | None = None
-        self._hands = threading.Lock()
+        self._hands = StandBy()
+        """Who takes over, or looks at the device, while others are looked after."""
 
     # what is wrong
 
@@ -190,16 +191,12 @@ class ProcessWatch:
     def follow_up(self) -> None:
         """Take over where nobody else has made the rig safe; goes on in a thread of its own."""
         verdict = self._needed()
-        if self._thread is not None and self._thread.is_alive():
+        if self._hands.busy:
             return
         if verdict is not LoopVerdict.WATCHING:
-            self._begin(self._take_over, verdict)
+            self._hands.begin(partial(self._take_over, verdict))
         elif self._unseen():
-            self._begin(self._see_for_the_loop)
-
-    def _begin(self, work: Callable[..., None], *given: LoopVerdict) -> None:
-        self._thread = threading.Thread(target=work, args=given, name="safe-state", daemon=True)
-        self._thread.start()
+            self._hands.begin(self._see_for_the_loop)
 
     def _unseen(self) -> bool:
         """After a fault the loop wrote the safe state, and cannot read it back by itself."""
@@ -239,12 +236,11 @@ class ProcessWatch:
         return LoopVerdict.ENDED if now_ns - self._gone_ns >= grace_ns else LoopVerdict.WATCHING
 
     def _take_over(self, verdict: LoopVerdict) -> None:
-        with self._hands:
-            path = None if self._second_path is None else self._second_path()
-            authority = SafeStateAuthority(Writer.CONTROL, self._watchers.block, self._ring, self._descriptor, path)
-            authority.take_over(verdict)
-            if path is not None:
-                path.close()
+        path = None if self._second_path is None else self._second_path()
+        authority = SafeStateAuthority(Writer.CONTROL, self._watchers.block, self._ring, self._descriptor, path)
+        authority.take_over(verdict)
+        if path is not None:
+            path.close()
 
     def settle(self, patience_s: float) -> SafeReport:
         """Wait until the safe state of a loop that has ended is known, or for `patience_s`; blocks."""
@@ -256,8 +252,9 @@ class ProcessWatch:
 
     def close(self) -> None:
         """Let go of the loop's process; somebody who still takes over keeps it."""
-        if self._thread is None or not self._thread.is_alive():
+        if not self._hands.busy:
             self._descriptor.close()
+        self._hands.end()
 
     def how_it_ended(self) -> str:
         """How the loop's process ended, and when the one who took over saw it and had written."""

@@ -20,7 +20,7 @@ from rig.realtime.safe_state import Outcome, SafeReport, Writer, insist
 from rig.realtime.shared import KEPT_RING
 from rig.realtime.state import Event, State, after
 from rig.rig_config import RigConfig
-from rig.service.aside import aside
+from rig.service.aside import aside_or_here
 from rig.service.connections.protocol import Code, Refused
 from rig.service.records.recorder_messages import RunResult, message_of
 from rig.service.session.last_resort import last_resort
@@ -315,17 +315,17 @@ class SessionMonitor:
         make = self._parts.watching.second_path if self._parts.watching is not None else None
         if make is None:
             return SafeReport(Writer.CONTROL, outcome=Outcome.ENDED)
-        path = await aside(make)
+        path = await aside_or_here(make)
         try:
-            outcome = await aside(lambda: insist(path, ESTOP_PATIENCE_S))
+            outcome = await aside_or_here(lambda: insist(path, ESTOP_PATIENCE_S))
             if outcome < Outcome.WRITTEN:
-                await aside(path.safe)  # for its words
+                await aside_or_here(path.safe)  # for its words
         except RigError as error:
             raise Refused(
                 Code.REFUSED, f"emergency stop not carried out: there is no loop, and {error}; {_BY_HAND}"
             ) from None
         finally:
-            await aside(path.close)
+            await aside_or_here(path.close)
         self._refuse_if_overruled()
         return SafeReport(Writer.CONTROL, outcome=outcome, written_ns=time.monotonic_ns())
 

@@ -5,6 +5,7 @@ import contextlib
 import logging
 import time
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Final
 
@@ -74,12 +75,14 @@ class FaultReports:
         if session is None:
             return
         message = self._monitor.message
-        box = await aside(lambda: blackbox.take(session.ring, fault, message))
+        box: blackbox.Box | None = None
         said = ""
         while True:
             last = self._ending.is_set()
             try:
-                saved = await aside(lambda: box.write(self._folder))
+                if box is None:
+                    box = await aside(lambda: blackbox.take(session.ring, fault, message))
+                saved = await aside(partial(box.write, self._folder))
             except RigError as error:
                 if last:
                     self._lose(fault.name, str(error))

@@ -20,7 +20,7 @@ from multiprocessing.process import BaseProcess
 from pathlib import Path
 from typing import Any, Final
 
-from rig.errors import StateError
+from rig.errors import RigError, StateError
 from rig.service.aside import aside
 from rig.service.processes import RestartDelays, is_stopped, start_process
 from rig.service.session.session_monitor import SessionParts
@@ -150,7 +150,7 @@ class Page:
         while self._listening is not None:
             try:
                 await self._look()
-            except (OSError, RuntimeError) as error:
+            except (OSError, RuntimeError, RigError) as error:
                 _LOG.error("page: %s", error)
                 await asyncio.sleep(AGAIN_S[-1])
             await asyncio.sleep(LOOK_S)

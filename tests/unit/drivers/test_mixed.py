@@ -75,6 +75,25 @@ def test_past_the_loop_all_devices_are_made_safe_and_looked_at_at_once() -> None
     assert rig.holds_safe() is True
 
 
+@pytest.mark.parametrize("given", [0, 1])
+def test_a_machine_without_threads_makes_all_devices_safe_all_the_same(
+    monkeypatch: pytest.MonkeyPatch, given: int
+) -> None:
+    """At the most processes that a service may have, nobody beside the loop could write to either valve."""
+    begin, left = threading.Thread.start, [given]
+
+    def start(thread: threading.Thread) -> None:
+        if not left[0]:
+            raise RuntimeError("can't start new thread")
+        left[0] -= 1
+        begin(thread)
+
+    monkeypatch.setattr(threading.Thread, "start", start)
+    valves = [MetValve(role, threading.Barrier(1)) for role in (Role.VALVE_1, Role.VALVE_2)]
+    MixedRig(valves, VirtualClock()).safe()
+    assert [len(valve.threads) for valve in valves] == [1, 1]
+
+
 def test_a_loop_that_makes_safe_has_one_thread() -> None:
     valves = [MetValve(role, threading.Barrier(1)) for role in (Role.VALVE_1, Role.VALVE_2)]
     rig = MixedRig(valves, VirtualClock())

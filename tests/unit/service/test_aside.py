@@ -1,12 +1,15 @@
 """Work on disks that may stand still: done to its end, whoever waits, and waited for at the end with a patience."""
 
+import _thread
 import asyncio
 import threading
+from pathlib import Path
 
 import pytest
 
 from rig.service import aside
-from rig.service.aside import DiskWork
+from rig.service.aside import DiskWork, NoThread, StandBy, aside_or_here
+from rig.service.records.free_space import FreeSpace
 
 
 def test_what_was_begun_is_done_though_who_waited_has_gone_and_before_the_last() -> None:
@@ -61,3 +64,44 @@ def test_a_disk_that_stands_still_is_left_and_told(monkeypatch: pytest.MonkeyPat
     assert not done, "the last is written by nobody beside what writes yet"
     assert said == ["waiting for the disk: queue, ledger or metrics"]
     free.set()
+
+
+@pytest.fixture
+def no_threads(monkeypatch: pytest.MonkeyPatch) -> None:
+    """As at the most that a service may have (TasksMax), or without memory."""
+
+    def refuse(*_: object) -> None:
+        raise RuntimeError("can't start new thread")
+
+    monkeypatch.setattr(_thread, "start_new_thread", refuse)
+    monkeypatch.setattr(threading.Thread, "start", refuse)
+
+
+def test_without_a_thread_it_is_refused_or_done_here(no_threads: None) -> None:
+    with pytest.raises(NoThread, match="this machine gives no thread for it; try again"):
+        asyncio.run(DiskWork().do(list))
+    assert asyncio.run(aside_or_here(lambda: 5)) == 5
+    with pytest.raises(NoThread):
+        StandBy()
+
+
+def test_without_a_thread_the_room_for_records_is_not_known_and_the_daemon_goes_on(
+    tmp_path: Path, no_threads: None
+) -> None:
+    """It ended, as of an error of its own, within half a second."""
+    space = FreeSpace(tmp_path)
+    asyncio.run(space.look())
+    assert space.trouble == f"{tmp_path}: the disk does not answer"
+
+
+def test_who_stands_by_is_there_for_the_next_attempt(caplog: pytest.LogCaptureFixture) -> None:
+    hands, done = StandBy(), threading.Event()
+
+    def fail() -> None:
+        raise ValueError("a bug")
+
+    hands.begin(fail)
+    hands.begin(done.set)
+    assert done.wait(10.0)
+    hands.end()
+    assert "a bug" in caplog.text

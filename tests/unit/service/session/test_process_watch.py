@@ -1,10 +1,12 @@
 """What the commanding process does about lost processes: real processes, a device that is a list of calls."""
 
+import _thread
 import asyncio
 import os
 import signal
 import subprocess
 import sys
+import threading
 import time
 from collections.abc import Callable, Iterator
 from types import SimpleNamespace
@@ -96,6 +98,10 @@ def bench() -> Iterator[Bench]:
     bench.close()
 
 
+def no_thread(*_: object) -> None:
+    raise RuntimeError("can't start new thread")
+
+
 def until(watch: ProcessWatch, condition: Callable[[], bool], patience_s: float = 5.0) -> list[Loss]:
     """Look until it is so; what was found lost meanwhile."""
     found, deadline = [], time.monotonic() + patience_s
@@ -115,6 +121,20 @@ def test_with_the_supervisor_lost_too_a_killed_loop_is_followed_up_here(bench: B
     assert [loss.fault for loss in found] == [Fault.LOOP_DIED]
     assert (watch.safe.writer, watch.safe.outcome) == (Writer.CONTROL, Outcome.SEEN)
     assert "killed by signal 9" in watch.how_it_ended()
+
+
+def test_a_machine_that_gives_no_thread_any_more_keeps_nobody_from_taking_over(
+    bench: Bench, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It ended the daemon in the moment at which the loop was lost."""
+    watch = bench.watch()
+    monkeypatch.setattr(_thread, "start_new_thread", no_thread)
+    monkeypatch.setattr(threading.Thread, "start", no_thread)
+    bench.supervisor_works = False
+    for _ in range(2):
+        bench.loop.end()
+        until(watch, lambda: watch.safe.safe)
+    assert watch.safe.writer is Writer.CONTROL
 
 
 def test_a_stopped_loop_is_ended_before_the_write_that_counts(bench: Bench) -> None:
