@@ -235,7 +235,7 @@ _LIBRARY: tuple[Effect, ...] = (
     Effect("co_contraction", (Law("co_contraction", ("shift_mpa",), FINE, signs=BOTH_SIGNS),),
            "both pressures off by the same constant; the angle's gain changes against it", "gain", "co_contraction",
            two_muscles=True, as_another_p0=True, allowed=REPEATABILITY, also_right=("valve",)),
-    Effect("muscle_mismatch", (Law("muscle_mismatch", ("mismatch",), FAR, signs=BOTH_SIGNS),),
+    Effect("muscle_mismatch", (Law("muscle_mismatch", ("mismatch",), FAR, signs=BOTH_SIGNS, shapes=_both(*ONE_VALVE)),),
            "the angle is off, and its gain a little, as if one pressure counted more", "offset", "mismatch", two_muscles=True, absorbed=True),
     Effect("leak", (
         Law("leak", ("loss",), FAR, shapes=(*EITHER_MUSCLE, *CHOKED_LEAK)),

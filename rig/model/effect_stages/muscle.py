@@ -18,10 +18,12 @@ HEATING_MPA_S = 0.1
 
 
 def muscle_mismatch(p1: Values, p2: Values, y: Values, state: Values, params: Sequence[float], dt_s: float) -> None:
-    """Muscle 1 is stronger by the share mismatch (negative: muscle 2), half to each; params: mismatch."""
+    """Muscle 1 is stronger by the share mismatch (negative: muscle 2); params: mismatch, balance (0 half of it in each,
+    1 all of it in muscle 1, -1 in muscle 2, which is weaker)."""
+    first, second = 1.0 + 0.5 * params[0] * (1.0 + params[1]), 1.0 - 0.5 * params[0] * (1.0 - params[1])
     for i in range(len(p1)):
-        p1[i] *= 1.0 + 0.5 * params[0]
-        p2[i] *= 1.0 - 0.5 * params[0]
+        p1[i] *= first
+        p2[i] *= second
 
 
 def leak(p1: Values, p2: Values, y: Values, state: Values, params: Sequence[float], dt_s: float) -> None:

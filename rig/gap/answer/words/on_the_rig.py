@@ -119,6 +119,14 @@ def _and_after(says: Say) -> Say:
     return said
 
 
+def _mismatch(numbers: Numbers) -> str:
+    by, balance = size(numbers["mismatch"]), value(numbers, "balance")
+    if balance < -0.5:
+        return f"Muscle 2 pulls {by} {_more(numbers, 'mismatch', 'less', 'more')} {{than}}"
+    whose = "Muscle 1" if balance > 0.5 else "Muscle 1, against muscle 2,"
+    return f"{whose} pulls {by} {_more(numbers, 'mismatch', 'more', 'less')} {{than}}"
+
+
 def _leak(numbers: Numbers) -> str:
     return f"{_muscle(numbers)} loses {size(numbers['loss'])} of its pressure"
 
@@ -211,7 +219,7 @@ ON_THE_RIG: Mapping[str, OnTheRig] = {
         "a small compressor or tank; a thin or long supply line; others on the same line", "the supply's gauge while the rig moves fast"),
     "co_contraction": OnTheRig("another rest pressure", lambda n: f"Both muscles rest at a pressure {size(n['shift_mpa'])} {_more(n, 'shift_mpa', 'higher', 'lower')} {{than}}",
         "another P0 was set; both zeros are off alike", "the set P0; both monitors with the air vented"),
-    "muscle_mismatch": OnTheRig("muscles of unequal strength", lambda n: f"Muscle 1, against muscle 2, pulls {size(n['mismatch'])} {_more(n, 'mismatch', 'more', 'less')} {{than}}",
+    "muscle_mismatch": OnTheRig("muscles of unequal strength", _mismatch,
         "one muscle was changed, has aged, or is mounted at another length or lever", "lengths, levers and mounting of both muscles; exchange them and record again"),
     "leak": OnTheRig("a leak", _leak,
         "a fitting, a hose or the bladder leaks", "fittings and hoses with leak spray; hold a pressure and watch the regulator's outlet"),

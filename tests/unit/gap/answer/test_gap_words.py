@@ -173,6 +173,21 @@ def test_a_rig_without_valves_is_told_nothing_of_muscles_and_hoses(name: str) ->
         assert not [text for text in said if PNEUMATIC_WORDS.search(text)]
 
 
+@pytest.mark.parametrize(
+    ("mismatch", "balance", "says"),
+    [
+        (0.06, 0.0, "Muscle 1, against muscle 2, pulls 6.0 % more"),
+        (-0.06, 1.0, "Muscle 1 pulls 6.0 % less"),
+        (0.06, -1.0, "Muscle 2 pulls 6.0 % less"),
+        (-0.06, -1.0, "Muscle 2 pulls 6.0 % more"),
+    ],
+)
+def test_a_mismatch_of_one_muscle_says_which(mismatch: float, balance: float, says: str) -> None:
+    numbers = {"mismatch": (mismatch,) * 3 + ("1",), "balance": (balance,) * 3 + ("1",)}
+    found = cause("muscle_mismatch", "angle", **numbers)
+    assert headline(told(found))[0].startswith(f"{says} than")
+
+
 def test_an_effect_of_another_package_is_told_by_its_name_and_numbers() -> None:
     first = headline(told(cause("stiction", "angle", force_n=(1.2, 1.1, 1.3, "N"))))[0]
     assert first.startswith("Stiction (force_n 1.2 N); the simulator does not have that")

@@ -333,3 +333,11 @@ def test_as_many_samples_fall_as_are_asked_for(share: float, burst: float, mean:
     starts = int(np.sum(fallen[1:] & ~fallen[:-1]))
     assert fallen.mean() == pytest.approx(share, rel=0.05)
     assert fallen.sum() / starts == pytest.approx(mean, rel=0.05)
+
+
+@pytest.mark.parametrize(("balance", "first", "second"), [(0.0, 1.03, 0.97), (1.0, 1.06, 1.0), (-1.0, 1.0, 0.94)])
+def test_a_mismatch_is_one_muscles_or_half_of_it_each_ones(balance: float, first: float, second: float) -> None:
+    p1_mpa, p2_mpa, _ = ran("sensor_gain", {"gain": 0.0})
+    changed = ran("muscle_mismatch", {"mismatch": 0.06, "balance": balance})
+    np.testing.assert_allclose(changed[0], first * np.array(p1_mpa))
+    np.testing.assert_allclose(changed[1], second * np.array(p2_mpa))
