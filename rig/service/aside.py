@@ -6,6 +6,7 @@ import asyncio
 import contextlib
 import logging
 import queue
+import threading
 from collections.abc import Callable
 from typing import Any, Final, TypeVar
 
@@ -14,6 +15,8 @@ from rig.errors import RigError
 T = TypeVar("T")
 END_S: Final = 10.0
 """For a disk to take what was begun, when the daemon ends."""
+BEGINS_S: Final = 5.0
+"""For a thread to take up its work; one that comes up without memory never does, and nobody tells."""
 _SOON_S: Final = 0.2
 """Nobody is told of a wait that is shorter."""
 _LOG = logging.getLogger("pamrig")
@@ -107,12 +110,20 @@ class DiskWork:
 def _begun(work: Callable[[], T]) -> "asyncio.Future[T]":
     loop = asyncio.get_running_loop()
     done: asyncio.Future[T] = loop.create_future()
+    claim = threading.Lock()
+    """Who has it carries the work out, or says that nobody will."""
 
     def tell(how: Callable[[Any], None], what: Any) -> None:
         if not done.done():
             how(what)
 
+    def give_up() -> None:
+        if claim.acquire(blocking=False):
+            tell(done.set_exception, _no_thread())
+
     def carry_out() -> None:
+        if not claim.acquire(blocking=False):
+            return
         told: tuple[Callable[[Any], None], Any]
         try:
             told = (done.set_result, work())
@@ -122,6 +133,7 @@ def _begun(work: Callable[[], T]) -> "asyncio.Future[T]":
             loop.call_soon_threadsafe(tell, *told)
 
     _begin_thread(carry_out)
+    loop.call_later(BEGINS_S, give_up)
     return done
 
 
@@ -131,4 +143,8 @@ def _begin_thread(work: Callable[[], None]) -> None:
     try:
         _thread.start_new_thread(work, ())
     except RuntimeError:
-        raise NoThread("this machine gives no thread for it; try again") from None
+        raise _no_thread() from None
+
+
+def _no_thread() -> NoThread:
+    return NoThread("this machine gives no thread for it; try again")

@@ -189,7 +189,9 @@ class Client:
         with contextlib.suppress(ConnectionError):
             try:
                 line = self._lines.readline()
-            except TimeoutError:
+            except ConnectionError:
+                raise
+            except OSError:  # no answer in time, or none to what was asked before on this connection
                 raise RigError(
                     f"{self.path}: the daemon does not answer; it may be busy with what this client asked before, be "
                     "stopped or hang. If it hangs its loop makes the rig safe after 1 s, its guardian when the loop is "

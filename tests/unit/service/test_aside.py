@@ -3,6 +3,7 @@
 import _thread
 import asyncio
 import threading
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -105,3 +106,15 @@ def test_who_stands_by_is_there_for_the_next_attempt(caplog: pytest.LogCaptureFi
     assert done.wait(10.0)
     hands.end()
     assert "a bug" in caplog.text
+
+
+def test_a_thread_that_never_takes_up_its_work_is_none(monkeypatch: pytest.MonkeyPatch) -> None:
+    """As one that comes up without memory: whoever waited for it waited for ever."""
+    late: list[Callable[[], None]] = []
+    monkeypatch.setattr(_thread, "start_new_thread", lambda work, _: late.append(work))
+    monkeypatch.setattr(aside, "BEGINS_S", 0.0)
+    done: list[str] = []
+    with pytest.raises(NoThread):
+        asyncio.run(DiskWork().do(lambda: done.append("done")))
+    late[0]()
+    assert not done, "who was told that nobody does it may have done it himself"

@@ -106,3 +106,14 @@ def test_where_nobody_ever_hears_it_the_caller_is_told(tmp_path: Path, monkeypat
             with pytest.raises(RigError, match="the daemon hung up"):
                 caller.estop()
         assert caller.estop() == {"words": "safe"}
+
+
+def test_a_connection_that_was_not_answered_in_time_is_of_no_use_any_more_and_says_so(tmp_path: Path) -> None:
+    """The second call ended in an error of Python's own."""
+    with socket.socket(socket.AF_UNIX) as listening:
+        listening.bind(str(tmp_path / "s"))
+        listening.listen(1)
+        with Client(tmp_path / "s", timeout_s=0.01) as caller:
+            for _ in range(2):
+                with pytest.raises(RigError, match="the daemon does not answer"):
+                    caller.status()
