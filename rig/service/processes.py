@@ -1,7 +1,9 @@
 """What all processes of a rig have in common: how they are started, named, and told apart from the outside."""
 
 import contextlib
+import logging
 import os
+import resource
 import signal
 import sys
 import time
@@ -12,10 +14,31 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any, Final
 
+_LOG = logging.getLogger("pamrig")
 DISK_PATIENCE_S: Final = 60.0
 """A disk that takes nothing for so long is given up, and with it what its recorder still holds. Set here alone."""
 STEADY_S: Final = 30.0
 """A process that ran for longer did not die in a row with the one before it."""
+
+
+DESCRIPTORS: Final = 1024
+"""Open files that a daemon may need: places at the door and in the hall, and what its processes take, twice over."""
+
+
+def allow_descriptors() -> None:
+    """As many open files as this process may have, up to DESCRIPTORS: shells and services begin with fewer, and a crowd
+    of clients takes them from who wants to stop the rig. The log says when there are not so many to be had."""
+    soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
+    most = DESCRIPTORS if hard == resource.RLIM_INFINITY else min(hard, DESCRIPTORS)
+    if soft != resource.RLIM_INFINITY and soft < most:
+        resource.setrlimit(resource.RLIMIT_NOFILE, (most, hard))
+    if most < DESCRIPTORS:
+        _LOG.warning(
+            "at most %d files may be open (ulimit -Hn), where %d are needed: clients who use them up keep an emergency "
+            "stop from being heard",
+            most,
+            DESCRIPTORS,
+        )
 
 
 class RestartDelays:

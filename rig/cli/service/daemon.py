@@ -75,6 +75,7 @@ def daemon(
     from rig.app.supervise import parts_of
     from rig.service.connections.socket_access import keep_others_out
     from rig.service.daemon import Daemon
+    from rig.service.processes import allow_descriptors
     from rig.service.settings import load_settings
     from rig.service.views import live, metrics
 
@@ -92,6 +93,7 @@ def daemon(
         compose.allow_virtual(rig)
     keep_others_out()
     with _logging():
+        allow_descriptors()
         asyncio.run(Daemon(parts_of(rig, virtual=virtual), settings).serve())
 
 

@@ -1,9 +1,11 @@
-"""Pauses before a process that died is started anew."""
+"""Pauses before a process that died is started anew, and what a daemon may open."""
+
+import resource
 
 import pytest
 
 from rig.service import processes
-from rig.service.processes import STEADY_S, RestartDelays
+from rig.service.processes import DESCRIPTORS, STEADY_S, RestartDelays, allow_descriptors
 
 PAUSES_S = (0.0, 2.0, 10.0)
 
@@ -37,3 +39,24 @@ def test_one_that_lived_for_long_did_not_die_in_a_row(
     clock, pauses = Clock(monkeypatch), RestartDelays(PAUSES_S)
     assert [clock.lives(pauses, 1.0) for _ in range(3)] == [2.0, 10.0, 10.0]
     assert clock.lives(pauses, lived_s) == pause_s
+
+
+@pytest.mark.parametrize(
+    ("soft", "hard", "taken", "warned"),
+    [
+        (80, 4096, [(DESCRIPTORS, 4096)], False),
+        (80, resource.RLIM_INFINITY, [(DESCRIPTORS, resource.RLIM_INFINITY)], False),
+        (80, 200, [(200, 200)], True),
+        (2000, 4096, [], False),
+    ],
+)
+def test_a_daemon_takes_the_descriptors_that_it_may_have(
+    monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture, soft: int, hard: int, taken: object, warned: bool
+) -> None:
+    """With 80, of which its shell had left it no more, fifty clients kept an emergency stop from being heard."""
+    limits: list[tuple[int, int]] = []
+    monkeypatch.setattr(resource, "getrlimit", lambda _: (soft, hard))
+    monkeypatch.setattr(resource, "setrlimit", lambda _, both: limits.append(both))
+    allow_descriptors()
+    assert limits == taken
+    assert bool(caplog.messages) is warned
