@@ -166,8 +166,12 @@ def _judged(
     def said(problem: InverseProblem) -> Mapping[str, float]:
         return question.experiments.get(problem.name, {})
 
-    def judged(problem: InverseProblem) -> Posterior:
-        return judge(effects, _with_withheld(question, problem), said(problem))
+    def judged(problem: InverseProblem, healthy: float = 0.0) -> Posterior:
+        return judge(effects, _with_withheld(question, problem), said(problem), healthy)
+
+    def beside(name: str, one: Expected) -> Posterior:
+        problem = angle_problem(one, settings)
+        return judged(problem, problem.forward.odds.healthy if name == NONE else 0.0)
 
     def seconded(alone: Posterior) -> tuple[Posterior, ...]:
         return with_second(effects, alone, said(alone.problem))
@@ -177,15 +181,15 @@ def _judged(
     ahead = judged(pressure_problem(expected, settings))
     days = pressure_days(expected.contexts)
     given = {name: expected_given(ahead, name, expected, days, settings) for name in ahead.likely(STILL_LIKELY)}
-    found = {name: judged(angle_problem(given[name], settings)) for name in given}
+    found = {name: beside(name, one) for name, one in given.items()}
     faint = _faint(ahead, given, expected, days, settings)
     if len(given) + len(faint) > 1:
         few = _still_open(effects, found.values())
-        beside = found | {name: judge(few, angle_problem(one, settings)) for name, one in faint.items()}
-        ahead = ahead.with_evidence(_heard(beside, ahead.problem.forward.odds.together))
+        all_heard = found | {name: judge(few, angle_problem(one, settings)) for name, one in faint.items()}
+        ahead = ahead.with_evidence(_heard(all_heard, ahead.problem.forward.odds.together))
     best = max((*given, *faint), key=lambda name: ahead.probability[name])
     if best in faint:
-        given, found = faint, {best: judged(angle_problem(faint[best], settings))}
+        given, found = faint, {best: beside(best, faint[best])}
     return given[best], (*seconded(ahead), *seconded(found[best]))
 
 

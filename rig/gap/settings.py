@@ -209,6 +209,10 @@ class Odds:
     together: float = 0.0
     """By how much anything ahead of the monitors is likelier where something acts on the joint as well: faults come
     together. Fitted with the odds of nothing. More: a second name for what lies within the days' differences."""
+    healthy: float = 0.0
+    """By how much nothing on the joint is likelier where nothing acts ahead of the monitors: beside a cause there
+    `none` has to stand up to what its law leaves, on a healthy rig it has not. Fitted with the others. Less: more false
+    alarms; shifts that lie a few times beyond what days differ in are seen."""
 
 
 @dataclass(frozen=True)

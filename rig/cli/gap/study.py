@@ -175,13 +175,21 @@ def further(
     emit(unstructure(found.further) | {"sizes": unstructure(found.reaches)}, json_to)
 
 
-@study.command(short_help="Fit the prior odds of no cause, unknown ones, and two together.")
+@study.command(short_help="Fit the prior odds of no cause, unknown ones, two together, and a healthy rig.")
+@click.option(
+    "--only",
+    multiple=True,
+    type=click.Choice(("none", "unknown", "together", "healthy")),
+    help="Fit these odds and keep the others. Repeatable.",
+)
 @_fitted_on_checks
 def odds(
-    folders: tuple[Path, ...], priors: Path | None, left_out: tuple[str, ...], output: Path, json_to: str | None
-) -> None:
-    """Fit the prior odds of no cause, of something unknown, and of causes ahead of the monitors and behind them
-    together, beside each reference, from scored checks of development cases, and write them with the levels.
+    folders: tuple[Path, ...], priors: Path | None, left_out: tuple[str, ...], output: Path, only: tuple[str, ...],
+    json_to: str | None,
+) -> None:  # fmt: skip
+    """Fit the prior odds of no cause, of something unknown, of causes ahead of the monitors and behind them together,
+    and of a healthy rig, beside each reference, from scored checks of development cases, and write them with the
+    levels.
 
     The checks must have been answered by the same odds: those shipped, or of --priors.
     """
@@ -191,12 +199,13 @@ def odds(
     from rig.config import unstructure
 
     levels, checks = to_fit(folders, priors, left_out)
-    levels, fits = with_odds(levels, checks, left_out)
+    levels, fits = with_odds(levels, checks, left_out, only)
     write(levels, output)
     for name, fit in fits.items():
         console(json_to).print(
             f"{name}: no cause {fit.odds.none:.2g} nats, something unknown {fit.odds.unknown:.2g}, two together "
-            f"{fit.odds.together:.2g}, by {fit.factors} factors; the truth is likelier by {fit.gained:.2g} nats each"
+            f"{fit.odds.together:.2g}, a healthy rig {fit.odds.healthy:.2g}, by {fit.factors} factors; the truth is "
+            f"likelier by {fit.gained:.2g} nats each"
         )
     emit(unstructure(fits), json_to)
 

@@ -131,18 +131,22 @@ class Posterior:
 
 
 def judge(
-    effects: Sequence[Effect], problem: InverseProblem, said: Mapping[str, float] = MappingProxyType({})
+    effects: Sequence[Effect],
+    problem: InverseProblem,
+    said: Mapping[str, float] = MappingProxyType({}),
+    healthy: float = 0.0,
 ) -> Posterior:
-    """Every hypothesis on one factor; `said` holds the nats that experiments have for some of the effects."""
+    """Every hypothesis on one factor; `said` holds the nats that experiments have for some of the effects, `healthy`
+    those by which nothing is likelier (`Odds.healthy`)."""
     forward = problem.forward
     plain = settled(forward)
     # one after the other: two threads on two cores spend a third more processor time to be no sooner
     found = [fit_effect(effect, forward, problem.shows, problem.screening) for effect in effects]
     fits = {fit.effect.name: fit for fit in found if fit is not None and np.isfinite(fit.log_evidence)}
-    gap, healthy = plain.factor.gap_lines, plain.factor.healthy
+    gap, expected = plain.factor.gap_lines, plain.factor.healthy
     logs = {
-        NONE: healthy.log_density(gap) + forward.odds.none,
-        UNKNOWN: log_unknown(plain, healthy, gap) + forward.odds.unknown,
+        NONE: expected.log_density(gap) + forward.odds.none + healthy,
+        UNKNOWN: log_unknown(plain, expected, gap) + forward.odds.unknown,
     }
     odds = {name: _log_odds_beside(fit) for name, fit in fits.items()}
     logs |= {name: _with_unknown(fit, odds[name]) for name, fit in fits.items()}

@@ -4,6 +4,7 @@ import json
 from dataclasses import replace
 from pathlib import Path
 
+import click
 import numpy as np
 import pytest
 from click.testing import CliRunner
@@ -12,7 +13,7 @@ from rig.app.gap.study.odds import with_odds
 from rig.blind_check.folder import CheckFolder
 from rig.cli.gap.study import odds
 from rig.errors import RecordError
-from rig.gap.odds import FactorTruth, Judgement, fit_odds, log_likelihood
+from rig.gap.odds import EVERY_ODDS, FactorTruth, Judgement, fit_odds, log_likelihood
 from rig.gap.settings import Odds, fitted
 
 SHARES = (0.6, 0.1, 0.3)
@@ -92,6 +93,39 @@ def test_a_factor_beside_which_nothing_was_found_is_judged_as_before() -> None:
     assert log_likelihood([beside], Odds(together=3.0), Odds(together=3.0)) == pytest.approx(np.log(0.08), abs=1e-2)
 
 
+def after_nothing(count: int, seed: int, odds: Odds, healthy: float) -> list[Judgement]:
+    """Angles, half of them where nothing was thought ahead of the monitors: of those nothing is `healthy` nats
+    likelier, which the odds that judge know nothing of."""
+    random, judged = np.random.default_rng(seed), []
+    for number in range(count):
+        alone = number % 2 == 0
+        effect = np.exp(-odds.none - healthy * alone)
+        truth = FactorTruth.EFFECT if random.random() < effect / (1.0 + effect) else FactorTruth.NONE
+        log = random.normal(0.0, 1.5) + (1.1 if truth is FactorTruth.EFFECT else -1.1) - odds.none
+        none = 1.0 / (1.0 + np.exp(log))
+        right = none if truth is FactorTruth.NONE else 1.0 - none
+        judged.append(Judgement(truth, none, 0.0, right, after_nothing=alone))
+    return judged
+
+
+@pytest.mark.parametrize("healthy", [-1.5, 0.0, 1.0])
+def test_how_likely_a_healthy_rig_is_comes_out_beside_what_is_likely_behind_a_cause(healthy: float) -> None:
+    before = Odds(float(np.log(8.0)), -20.0)
+    found = fit_odds([after_nothing(3000, 7, before, healthy)], before)
+    assert found.healthy == pytest.approx(healthy, abs=0.4)
+    assert found.none == pytest.approx(before.none, abs=0.3)
+
+
+def test_odds_that_are_not_asked_for_stay() -> None:
+    before = Odds(3.0, -3.0)
+    found = fit_odds([drawn(400, 3, before)], before, ["none"])
+    assert found.none != before.none
+    assert replace(found, none=before.none) == before
+    (only,) = [option for option in odds.params if option.name == "only"]
+    assert isinstance(only.type, click.Choice)
+    assert tuple(only.type.choices) == EVERY_ODDS
+
+
 def check_of(folder: Path, cases: int) -> CheckFolder:
     """A scored check in which a healthy rig's angle is called unknown as often as not."""
     for name in ("scores", "answers"):
@@ -101,7 +135,7 @@ def check_of(folder: Path, cases: int) -> CheckFolder:
         row = {"kind": "single" if effects else "none", "effects": [*effects], "ratio": 5.0, "family": "fluidic"}
         sure = 0.9 if number % 2 else 0.4
         angle = {"none": 0.01, "backlash": 0.98, "unknown": 0.01} if effects else {"none": sure, "unknown": 0.99 - sure}
-        factors = {"pressures": {"probability": {"none": 1.0}}, "angle": {"probability": angle}}
+        factors = {"pressures": {"probability": {"none": 1.0}, "found": False}, "angle": {"probability": angle}}
         answer = {"gap": {"floor_source": "session"}, "evidence": {"factors": factors}}
         (folder / "scores" / f"{number}.json").write_text(
             json.dumps(
@@ -123,7 +157,8 @@ def test_where_healthy_rigs_got_a_finding_nothing_is_likelier_afterwards(tmp_pat
     assert list(fits) == ["session"], "of the others nothing is told"
     assert fits["session"].factors == 120
     assert fits["session"].gained > 0.0
-    assert levels.levels["session"].odds.none > shipped.levels["session"].odds.none + 0.5
+    before, after = (one.levels["session"].odds for one in (shipped, levels))
+    assert after.none + after.healthy > before.none + before.healthy + 0.5, "all of it where nothing was ahead"
     assert {**levels.levels, "session": shipped.levels["session"]} == shipped.levels
     made = levels.provenance.parts["levels.session.odds"]
     assert (made.command, made.seeds, made.families) == ("pamrig gap study odds check", [], ["fluidic"])
@@ -134,6 +169,17 @@ def test_where_healthy_rigs_got_a_finding_nothing_is_likelier_afterwards(tmp_pat
     assert said.exit_code == 0
     assert "session: no cause" in said.output
     assert fitted(output).levels["session"].odds.none == pytest.approx(fits["session"].odds.none, rel=1e-3)
+
+
+def test_one_kind_of_odds_alone_has_an_origin_of_its_own(tmp_path: Path) -> None:
+    check, shipped = check_of(tmp_path / "check", 60), fitted()
+    levels, fits = with_odds(shipped, [check], [], ["healthy"])
+    odds_now = fits["session"].odds
+    assert replace(odds_now, healthy=shipped.levels["session"].odds.healthy) == shipped.levels["session"].odds
+    changed = {path for path, one in levels.provenance.parts.items() if shipped.provenance.parts.get(path) != one}
+    assert changed == {"levels.session.odds.healthy"}
+    made = levels.provenance.parts["levels.session.odds.healthy"]
+    assert made.command == "pamrig gap study odds --only healthy check"
 
 
 def test_too_few_factors_are_an_error_and_a_family_can_be_left_out(tmp_path: Path) -> None:

@@ -79,6 +79,8 @@ class JudgedFactor:
     alone: float
     """Stated probability that nothing acts on the factor that this one goes together with; 1 where it goes with
     none."""
+    after_nothing: bool
+    """It is the angle, and nothing was thought to act ahead of the monitors."""
 
 
 def judged_factors(folder: CheckFolder, left_out: Sequence[str]) -> Iterator[JudgedFactor]:
@@ -102,10 +104,11 @@ def _of_answer(diagnosis: Mapping[str, Any], family: str, stages: Mapping[str, s
         acting = [effect for effect in stages if PRESSURES not in factors or _acts_on(name, effect, stages[effect])]
         if name in factors and not any(effect in LIBRARY and LIBRARY[effect].signature for effect in acting):
             alone = factors[ANGLE]["probability"].get(NONE, 0.0) if name == PRESSURES else 1.0
+            after_nothing = name == ANGLE and PRESSURES in factors and not factors[PRESSURES]["found"]
             probability = factors[name]["probability"]
             effects = {one["effect"]: min(one["probability"], STATED) for one in ranking if one["judged_on"] == name}
             effects |= {effect: chance for effect, chance in probability.items() if effect not in (NONE, UNKNOWN)}
-            yield JudgedFactor(reference, family, tuple(acting), probability, effects, alone)
+            yield JudgedFactor(reference, family, tuple(acting), probability, effects, alone, after_nothing)
 
 
 def _acts_on(factor: str, effect: str, stage: str) -> bool:

@@ -1,5 +1,5 @@
-"""What `pamrig gap study odds` does: the prior odds of no cause, of something unknown, and of both factors together,
-beside each reference, from checks of development cases.
+"""What `pamrig gap study odds` does: the prior odds of no cause, of something unknown, of both factors together, and of
+a healthy rig, beside each reference, from checks of development cases.
 
 Every factor of every answer counts: what was said of it, and whether something acts on it.
 """
@@ -11,7 +11,7 @@ from rig.app.gap.study.fitted_checks import judged_factors, origin_of
 from rig.blind_check.folder import CheckFolder
 from rig.errors import RecordError
 from rig.gap.hypotheses.library import LIBRARY, NONE, UNKNOWN
-from rig.gap.odds import FactorTruth, Judgement, fit_odds, log_likelihood
+from rig.gap.odds import EVERY_ODDS, FactorTruth, Judgement, fit_odds, log_likelihood
 from rig.gap.reference.build import UNCORRECTED, Kind
 from rig.gap.settings import Fitted, Odds
 
@@ -31,11 +31,11 @@ class FittedOdds:
 
 
 def with_odds(
-    levels: Fitted, folders: Sequence[CheckFolder], left_out: Sequence[str]
+    levels: Fitted, folders: Sequence[CheckFolder], left_out: Sequence[str], only: Sequence[str] = ()
 ) -> tuple[Fitted, dict[str, FittedOdds]]:
     """The levels with the odds that these checks' cases ask for, which were answered by the odds of `levels`, and the
-    fit of each reference that enough factors tell of; without the cases of the families `left_out`. RecordError where
-    there are too few."""
+    fit of each reference that enough factors tell of; without the cases of the families `left_out`, and of the odds
+    those in `only`, where there are any. RecordError where there are too few cases."""
     judged: dict[str, dict[str, list[Judgement]]] = {}
     for folder in folders:
         for reference, family, one in _judgements(folder, left_out):
@@ -47,13 +47,14 @@ def with_odds(
         )
     telling = {name: judged.get(SAME.get(name, name), {}) for name in levels.levels}
     fits = {
-        name: _fitted(list(some.values()), levels.levels[name].odds)
+        name: _fitted(list(some.values()), levels.levels[name].odds, only or EVERY_ODDS)
         for name, some in telling.items()
         if _count(some) >= LEAST_FACTORS
     }
     changed = {name: replace(levels.levels[name], odds=fit.odds) for name, fit in fits.items()}
-    made = origin_of("odds", folders, left_out)
-    provenance = levels.provenance.renewed({f"levels.{name}.odds": made for name in fits})
+    made = origin_of(" ".join(["odds", *(f"--only {name}" for name in only)]), folders, left_out)
+    parts = [f".{name}" for name in only] or [""]
+    provenance = levels.provenance.renewed({f"levels.{name}.odds{part}": made for name in fits for part in parts})
     return replace(levels, levels={**levels.levels, **changed}, provenance=provenance), fits
 
 
@@ -61,8 +62,8 @@ def _count(families: Mapping[str, Sequence[Judgement]]) -> int:
     return sum(map(len, families.values()))
 
 
-def _fitted(families: Sequence[Sequence[Judgement]], odds: Odds) -> FittedOdds:
-    found = fit_odds(families, odds)
+def _fitted(families: Sequence[Sequence[Judgement]], odds: Odds, free: Sequence[str]) -> FittedOdds:
+    found = fit_odds(families, odds, free)
     judged = [one for family in families for one in family]
     before, after = (log_likelihood(judged, odds, one) for one in (odds, found))
     return FittedOdds(found, len(judged), after - before)
@@ -73,7 +74,8 @@ def _judgements(folder: CheckFolder, left_out: Sequence[str]) -> Iterator[tuple[
     for factor in judged_factors(folder, left_out):
         probability, (truth, names) = factor.probability, _true(factor.acting)
         right = sum(probability.get(one, 0.0) for one in names)
-        said = Judgement(truth, probability.get(NONE, 0.0), probability.get(UNKNOWN, 0.0), right, factor.alone)
+        none, unknown = probability.get(NONE, 0.0), probability.get(UNKNOWN, 0.0)
+        said = Judgement(truth, none, unknown, right, factor.alone, factor.after_nothing)
         yield SAME.get(factor.reference, factor.reference), factor.family, said
 
 

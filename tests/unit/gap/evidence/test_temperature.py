@@ -104,7 +104,12 @@ def check_of(folder: Path, cases: int, family: str = "sleeve") -> CheckFolder:
         seldom = {"effect": "inertia", "judged_on": "angle", "probability": 1e-9}
         answer = {
             "gap": {"floor_source": "session"},
-            "evidence": {"factors": {"pressures": {"probability": {"none": 1.0}}, "angle": {"probability": angle}}},
+            "evidence": {
+                "factors": {
+                    "pressures": {"probability": {"none": 1.0}, "found": False},
+                    "angle": {"probability": angle},
+                }
+            },
             "ranking": [seldom],
         }
         scored = {"rows": {"one_day": row}, "facts": {"effects": effects, "ratio_angle": 5.0}}
