@@ -15,7 +15,6 @@ from rig.gap.plan.candidates import Room
 from rig.gap.raw_tests.signature import Signature
 from rig.gap.reference.build import Expected, rms_of
 from rig.gap.settings import Fitted
-from rig.model.effect_stages import EFFECT_STAGES
 from rig.model.parameters import Model
 from rig.record import Column
 
@@ -108,5 +107,5 @@ def _by_stage(posterior: Posterior) -> dict[str, float]:
     """Probability that the cause lies at each stage."""
     total = dict.fromkeys(STAGES, 0.0)
     for name, fit in posterior.fits.items():
-        total[EFFECT_STAGES[fit.applied.stage].lies_in] += posterior.probability[name]
+        total[fit.effect.stage] += posterior.probability[name]
     return total

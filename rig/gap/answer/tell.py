@@ -25,7 +25,6 @@ from rig.gap.records.pairs import Pairing
 from rig.gap.reference.build import commanded_gaps, from_own_zeros, rms_of
 from rig.gap.response.propagate import Applied, full_numbers
 from rig.gap.settings import ABOVE_FLOOR, EITHER_CHANCE, EVEN_CHANCE, LEAST_EXPLAINED, Fitted
-from rig.model.effect_stages import EFFECT_STAGES
 from rig.record import Column
 
 
@@ -158,7 +157,7 @@ def _causes(findings: Findings, kept: Sequence[Kept], before: float, far: HowFar
         found.append(
             Cause(
                 fit.effect.name,
-                EFFECT_STAGES[fit.applied.stage].lies_in,
+                fit.effect.stage,
                 posterior.problem.name,
                 Applied(fit.applied.stage, full_numbers(fit.applied, findings.expected.response)) if added else None,
                 intervals(fit, findings.settings.reach_of(reference_of(findings.expected.kind))),
@@ -201,7 +200,7 @@ def _unknowns(findings: Findings, kept: Sequence[Kept], before: float) -> list[C
         if posterior.found and (posterior.fit is None or posterior.beside > EVEN_CHANCE or useless):
             near = sorted(posterior.fits, key=lambda name: -posterior.probability[name])[:2]
             nowhere = "valve" if posterior.problem.name == PRESSURES else "joint"
-            stage = EFFECT_STAGES[posterior.fits[near[0]].applied.stage].lies_in if near else nowhere
+            stage = posterior.fits[near[0]].effect.stage if near else nowhere
             chance = posterior.probability[UNKNOWN] if posterior.fit is None else posterior.beside
             chance = 1.0 - posterior.probability[NONE] if useless else chance
             if id(posterior) in dropped:
@@ -243,7 +242,7 @@ def _rest(kept: Sequence[Kept], before: float, left: float, floor: float) -> lis
         enough = share >= LEAST_EXPLAINED
     if enough:
         return []
-    stage, factor = EFFECT_STAGES[first.fit.applied.stage].lies_in, first.posterior.problem.name
+    stage, factor = first.fit.effect.stage, first.posterior.problem.name
     return [Cause(UNKNOWN, stage, factor, None, {}, before, before, 0.0, (first.fit.effect.name,), EITHER_CHANCE)]
 
 
@@ -307,9 +306,6 @@ def _ranking(findings: Findings, raw: Sequence[Cause]) -> list[Ranked]:
     lines = [Ranked(one.effect, one.stage, one.judged_on, one.explained_fraction, one.confidence, 0.0) for one in raw]
     for posterior in findings.posteriors:
         for name, fit in posterior.fits.items():
-            lies_in = EFFECT_STAGES[fit.applied.stage].lies_in
-            closed = share_closed(posterior, fit)
-            lines.append(
-                Ranked(name, lies_in, posterior.problem.name, closed, posterior.probability[name], -fit.log_evidence)
-            )
+            chance, closed = posterior.probability[name], share_closed(posterior, fit)
+            lines.append(Ranked(name, fit.effect.stage, posterior.problem.name, closed, chance, -fit.log_evidence))
     return sorted(lines, key=lambda line: -line.probability)

@@ -112,7 +112,7 @@ def _nothing(diagnosis: Diagnosis) -> str:
         rest = f"the angle differs by {size_of} deg (rms), and {usual} deg is {SOURCES[gap.floor_source]}."
     if gap.ratio <= ABOVE_FLOOR and any(factor.found for factor in diagnosis.evidence.factors.values()):
         start = f"Nothing stands above {SOURCES[gap.floor_source]}"
-        rest += " Something smaller than that is likely there all the same: it takes another course."
+        rest += " Something smaller than that is likely there all the same: it has a shape that is not usual."
     elif gap.rms_deg > gap.floor_deg:
         rest += " What is above that is of the kind that may differ anyhow: offset, gain, lag and width of the loop."
     elif from_model(diagnosis):
@@ -140,9 +140,9 @@ def _far_and_nothing(diagnosis: Diagnosis) -> str:
         start, other = f"The simulator is off by {far}", "a simulator that misses more than usual"
         then = "Identify it on a healthy day of this rig"
     else:
-        start, other = f"The angle differs by {far}", "a day unlike the others"
+        start, other = f"The angle differs by {far}", "a day that is unlike the others"
         then = "Record a healthy day more: if it is like this one, the rig is as it was"
     return (
-        f"{start}; and yet {no_effect(diagnosis)} is likelier than {other}, in offset, gain, lag and width of the "
+        f"{start}; and yet {no_effect(diagnosis)} is likelier than {other} in its offset, gain, lag or width of the "
         f"loop. {then}."
     )

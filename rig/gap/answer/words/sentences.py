@@ -309,7 +309,7 @@ def _pressures(diagnosis: Diagnosis) -> str:
         return ""
     by = Interval(factor.gap, factor.gap, factor.gap, "MPa")
     return (
-        f"; the pressures show it ({size(by)} rms off, of a course that nothing usual has), where the angle alone "
+        f"; the pressures show it ({size(by)} rms off, in a shape that is not usual), where the angle alone "
         f"({degrees(gap.rms_deg)} deg, {degrees(gap.floor_deg)} deg is usual) would not"
     )
 

@@ -25,8 +25,9 @@ def _otherwise(diagnosis: Diagnosis) -> str:
         return ""
     rivals = [
         ({NONE: "nothing at all", UNKNOWN: "something unknown"}.get(name, noun_of(name)), chance)
-        for one in diagnosis.evidence.factors.values()
-        for name, chance in sorted(one.probability.items(), key=lambda item: -item[1])[1:]
+        for factor, one in diagnosis.evidence.factors.items()
+        for name, chance in one.probability.items()
+        if name not in _answered(diagnosis, factor)
     ]
     rivals += [
         ("something unknown beside it", one.unknown_beside)
@@ -37,3 +38,8 @@ def _otherwise(diagnosis: Diagnosis) -> str:
     if chance >= WORTH * (1.0 - diagnosis.confidence):
         return f"; {percent(chance)} are for {what}"
     return "; the notes say what it may be otherwise" if diagnosis.notes else ""
+
+
+def _answered(diagnosis: Diagnosis, factor: str) -> set[str]:
+    """What the answer holds for true of a factor."""
+    return {cause.effect for cause in diagnosis.causes if cause.judged_on == factor} or {NONE}

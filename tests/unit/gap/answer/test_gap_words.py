@@ -303,6 +303,15 @@ def test_an_answer_that_is_not_sure_says_where_the_rest_goes(
     assert answers(made)["How sure:"].endswith(said)
 
 
+def test_what_is_answered_is_no_rival_of_itself() -> None:
+    """Effects are likelier than nothing together, and the likeliest of them a little less by itself."""
+    chances = {"none": 0.32, "sensor_gain": 0.31, "gravity_load": 0.2, "stiffness": 0.17}
+    seen = Evidence({"angle": Judged(0.1, 0.1, "deg", True, chances, [], 0.0, {})})
+    gain = cause("sensor_gain", "angle", gain=(0.01, 0.005, 0.015, "1"))
+    made = replace(told(gain), confidence=0.31, evidence=seen)
+    assert answers(made)["How sure:"].endswith("(verdict: explained); 32 % are for nothing at all.")
+
+
 def test_a_cause_has_no_0_percent_of_a_gap() -> None:
     links = [Link("joint", ("backlash",), 0.998), Link("valve", ("delay",), 0.002), Link("sensor", ("mains_hum",), 0.0)]
     made = told(LAG)
