@@ -177,7 +177,8 @@ def further(
 
 @study.command(short_help="Fit the prior odds of no cause, unknown ones, two together, and a healthy rig.")
 @click.option(
-    "--only",
+    "--odds",
+    "only",
     multiple=True,
     type=click.Choice(("none", "unknown", "together", "healthy")),
     help="Fit these odds and keep the others. Repeatable.",

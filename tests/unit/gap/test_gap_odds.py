@@ -179,7 +179,7 @@ def test_one_kind_of_odds_alone_has_an_origin_of_its_own(tmp_path: Path) -> None
     changed = {path for path, one in levels.provenance.parts.items() if shipped.provenance.parts.get(path) != one}
     assert changed == {"levels.session.odds.healthy"}
     made = levels.provenance.parts["levels.session.odds.healthy"]
-    assert made.command == "pamrig gap study odds --only healthy check"
+    assert made.command == "pamrig gap study odds --odds healthy check"
 
 
 def test_too_few_factors_are_an_error_and_a_family_can_be_left_out(tmp_path: Path) -> None:

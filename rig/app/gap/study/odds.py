@@ -52,7 +52,7 @@ def with_odds(
         if _count(some) >= LEAST_FACTORS
     }
     changed = {name: replace(levels.levels[name], odds=fit.odds) for name, fit in fits.items()}
-    made = origin_of(" ".join(["odds", *(f"--only {name}" for name in only)]), folders, left_out)
+    made = origin_of(" ".join(["odds", *(f"--odds {name}" for name in only)]), folders, left_out)
     parts = [f".{name}" for name in only] or [""]
     provenance = levels.provenance.renewed({f"levels.{name}.odds{part}": made for name in fits for part in parts})
     return replace(levels, levels={**levels.levels, **changed}, provenance=provenance), fits

@@ -129,7 +129,7 @@ def test_a_run_whose_disk_was_given_up_says_where_its_rest_lies(
 ) -> None:
     clock = Clock(monkeypatch)
 
-    def over(_: Session) -> str:
+    def over(_: Session, interrupted: bool) -> str:
         clock.run()
         return ""
 
