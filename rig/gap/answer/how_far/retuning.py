@@ -118,7 +118,7 @@ def retune(
         float(np.sqrt(before.mean())),
         float(np.sqrt(after.mean())),
         tuple(sorted(moved, key=lambda one: -abs(one.after - one.before) / max(one.high - one.low, 1e-12))),
-        _alike(errors, fit, len(names), changes or {}) if after.mean() < before.mean() else (),
+        _alike(errors, fit, len(names), changes or {}),
     )
     return Refit(_with(model, names, start + scales * x), retuning)
 
