@@ -18,9 +18,8 @@ LEAST_COUNTED = 1e-4
 HELD = 2.0
 """How firmly odds are held to those before: the standard deviation of a normal prior, in nats. Less: more cases are
 needed to move them."""
-
-
 EVERY_ODDS = tuple(one.name for one in fields(Odds))
+"""Names of all that can be fitted."""
 
 
 class FactorTruth(IntEnum):

@@ -19,8 +19,6 @@ DISK_PATIENCE_S: Final = 60.0
 """A disk that takes nothing for so long is given up, and with it what its recorder still holds. Set here alone."""
 STEADY_S: Final = 30.0
 """A process that ran for longer did not die in a row with the one before it."""
-
-
 DESCRIPTORS: Final = 1024
 """Open files that a daemon may need: places at the door and in the hall, and what its processes take, twice over."""
 

@@ -49,17 +49,8 @@ def settled(
     return out
 
 
-def balanced(
-    angle_deg: Column,
-    offset_deg: Column,
-    friction: Column,
-    viscous_s: float,
-    inertia_s: float,
-    weights: Column,
-    dt_s: float,
-) -> Column:
+def balanced(angle_deg: Column, offset_deg: Column, friction: Column, joint: Joint, dt_s: float) -> Column:
     """`settled` where the muscles pull `offset_deg` (n,) further than they do."""
-    joint = Joint(viscous_s, inertia_s, tuple(weights.tolist()))
     return settled(angle_deg, pulled_to(angle_deg, joint, dt_s) + offset_deg, friction, joint, dt_s)
 
 

@@ -15,7 +15,7 @@ State: whether it runs; the pressures, what the nominal ones were last, and what
 import math
 from collections.abc import Sequence
 
-from rig.model.effect_stages.valve import ATMOSPHERE_MPA
+from rig.model.effect_stages.valve import ATMOSPHERE_MPA, of_valve
 from rig.model.slots import Values
 
 IS, WAS, HELD, MORE = 1, 3, 5, 7
@@ -72,11 +72,6 @@ def _beyond(value: float, width: float) -> float:
     return value - min(max(value, -width), width)
 
 
-def _of_valve(size: float, balance: float, valve: int) -> float:
-    """An effect's size on one of both valves."""
-    return size * min(1.0, 1.0 + balance * (1.0 - 2.0 * valve))
-
-
 def valve_slew(p1: Values, p2: Values, y: Values, state: Values, params: Sequence[float], dt_s: float) -> None:
     """|dp/dt| has a limit; params: fill_mpa_s, exhaust_mpa_s, balance, tau0_s, choked, soft, integral_s.
 
@@ -91,7 +86,7 @@ def valve_slew(p1: Values, p2: Values, y: Values, state: Values, params: Sequenc
             _begun(p1, p2, state, math.inf)
         for valve in range(2):
             now = p1[i] if valve == 0 else p2[i]
-            share = max(_of_valve(1.0, params[2], valve), 1e-6)
+            share = max(of_valve(1.0, params[2], valve), 1e-6)
             move = _wanted(now, valve, state, was)
             most = params[0] * dt_s / share
             if move < 0.0:
@@ -132,7 +127,7 @@ def numb_regulator(p1: Values, p2: Values, y: Values, state: Values, params: Seq
             state[0], state[NOMINAL], state[NOMINAL + 1] = 1.0, p1[i], p2[i]
         for valve in range(2):
             now = p1[i] if valve == 0 else p2[i]
-            width = _of_valve(params[0], params[2], valve)
+            width = of_valve(params[0], params[2], valve)
             # what the flow changes by is asked of the error first, and handed to the integrator in its time
             flow = _nominal_error(now, valve, state, was)
             error = flow - state[TAKEN + valve]
@@ -159,7 +154,7 @@ def overlapped_valve(p1: Values, p2: Values, y: Values, state: Values, params: S
             state[0], state[NOMINAL], state[NOMINAL + 1] = 1.0, p1[i], p2[i]
         for valve in range(2):
             now = p1[i] if valve == 0 else p2[i]
-            width = _of_valve(params[0], params[2], valve)
+            width = of_valve(params[0], params[2], valve)
             nominal = _nominal_error(now, valve, state, was)
             drive = _beyond(nominal - state[OFF + valve] + state[LACKS + valve], width)
             state[LACKS + valve] -= winds * state[OFF + valve]

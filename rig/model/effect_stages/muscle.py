@@ -7,7 +7,7 @@ thermal drift change the angle behind it.
 import math
 from collections.abc import Sequence
 
-from rig.model.effect_stages.valve import ATMOSPHERE_MPA
+from rig.model.effect_stages.valve import ATMOSPHERE_MPA, of_valve
 from rig.model.slots import Values
 
 CREEP_TIMES = 5
@@ -88,5 +88,5 @@ def heated_muscles(p1: Values, p2: Values, y: Values, state: Values, params: Seq
             state[3 + muscle] = now
             state[1 + muscle] = keeps * state[1 + muscle] + worked / (60.0 * HEATING_MPA_S)
         state[0] = 1.0
-        p1[i] *= 1.0 + params[0] * min(1.0, 1.0 + params[2]) * state[1]
-        p2[i] *= 1.0 + params[0] * min(1.0, 1.0 - params[2]) * state[2]
+        p1[i] *= 1.0 + of_valve(params[0], params[2], 0) * state[1]
+        p2[i] *= 1.0 + of_valve(params[0], params[2], 1) * state[2]

@@ -20,10 +20,15 @@ VALVE_POLES = 3
 """Most poles of a filter beside a regulator."""
 
 
+def of_valve(size: float, balance: float, valve: int) -> float:
+    """An effect's size on one of both valves, 0 the first, or on the muscle that it feeds."""
+    return size * min(1.0, 1.0 + balance * (1.0 - 2.0 * valve))
+
+
 def valve_gain(p1: Values, p2: Values, y: Values, state: Values, params: Sequence[float], dt_s: float) -> None:
     """p = (1 + gain) p; params: gain, balance."""
-    first = 1.0 + params[0] * min(1.0, 1.0 + params[1])
-    second = 1.0 + params[0] * min(1.0, 1.0 - params[1])
+    first = 1.0 + of_valve(params[0], params[1], 0)
+    second = 1.0 + of_valve(params[0], params[1], 1)
     for i in range(len(p1)):
         p1[i] *= first
         p2[i] *= second
@@ -31,8 +36,8 @@ def valve_gain(p1: Values, p2: Values, y: Values, state: Values, params: Sequenc
 
 def valve_offset(p1: Values, p2: Values, y: Values, state: Values, params: Sequence[float], dt_s: float) -> None:
     """p = p + offset; params: offset_mpa, balance."""
-    first = params[0] * min(1.0, 1.0 + params[1])
-    second = params[0] * min(1.0, 1.0 - params[1])
+    first = of_valve(params[0], params[1], 0)
+    second = of_valve(params[0], params[1], 1)
     for i in range(len(p1)):
         p1[i] += first
         p2[i] += second
@@ -41,7 +46,7 @@ def valve_offset(p1: Values, p2: Values, y: Values, state: Values, params: Seque
 def valve_lag(p1: Values, p2: Values, y: Values, state: Values, params: Sequence[float], dt_s: float) -> None:
     """The regulator is slower: time constant tau0 + tau instead of tau0; params: tau_s, balance, tau0_s."""
     was = math.exp(-dt_s / max(params[2], 1e-6))
-    late1, late2 = params[0] * min(1.0, 1.0 + params[1]), params[0] * min(1.0, 1.0 - params[1])
+    late1, late2 = of_valve(params[0], params[1], 0), of_valve(params[0], params[1], 1)
     keep1, keep2 = math.exp(-dt_s / max(params[2] + late1, 1e-6)), math.exp(-dt_s / max(params[2] + late2, 1e-6))
     for i in range(len(p1)):
         if state[0] == 0.0:
@@ -57,8 +62,8 @@ def valve_filter(p1: Values, p2: Values, y: Values, state: Values, params: Seque
     """A low pass beside the regulator, which keeps its own pole: a filter of the set-point, a pilot chamber, a tube; as
     many equal poles as `poles`, whose time constants sum to tau; params: tau_s, balance, poles."""
     poles = int(params[2])
-    through_poles(p1, state, 1, params[0] * min(1.0, 1.0 + params[1]), poles, dt_s)
-    through_poles(p2, state, 1 + 2 * VALVE_POLES, params[0] * min(1.0, 1.0 - params[1]), poles, dt_s)
+    through_poles(p1, state, 1, of_valve(params[0], params[1], 0), poles, dt_s)
+    through_poles(p2, state, 1 + 2 * VALVE_POLES, of_valve(params[0], params[1], 1), poles, dt_s)
     state[0] = 1.0
 
 
@@ -71,7 +76,7 @@ def fill_exhaust_asymmetry(
     """
     was = math.exp(-dt_s / max(params[3], 1e-6))
     fill_s, exhaust_s = params[3] * params[0] ** -params[1], params[3] * params[0] ** (1.0 - params[1])
-    share1, share2 = min(1.0, 1.0 + params[2]), min(1.0, 1.0 - params[2])
+    share1, share2 = of_valve(1.0, params[2], 0), of_valve(1.0, params[2], 1)
     fill1, exhaust1 = (
         math.exp(-dt_s / max(params[3] + share1 * (fill_s - params[3]), 1e-6)),
         math.exp(-dt_s / max(params[3] + share1 * (exhaust_s - params[3]), 1e-6)),
@@ -102,7 +107,7 @@ def one_way_line(p1: Values, p2: Values, y: Values, state: Values, params: Seque
     """A throttle with a check valve between monitor and muscle: the muscle's pressure follows the monitor's at once in
     one direction, late in the other; params: tau_s, fill_share (0 late in exhausting, 1 in filling), balance,
     turbulent_mpa_s."""
-    tau1, tau2 = params[0] * min(1.0, 1.0 + params[2]), params[0] * min(1.0, 1.0 - params[2])
+    tau1, tau2 = of_valve(params[0], params[2], 0), of_valve(params[0], params[2], 1)
     late = 1.0 if params[1] > 0.5 else -1.0
     for i in range(len(p1)):
         slow1, slow2 = late * (p1[i] - state[1]) > 0.0, late * (p2[i] - state[2]) > 0.0
@@ -122,7 +127,7 @@ def valve_dead_band(p1: Values, p2: Values, y: Values, state: Values, params: Se
     1 - one_way.
     """
     was = math.exp(-dt_s / max(params[3], 1e-6))
-    width1, width2 = params[0] * min(1.0, 1.0 + params[2]), params[0] * min(1.0, 1.0 - params[2])
+    width1, width2 = of_valve(params[0], params[2], 0), of_valve(params[0], params[2], 1)
     fill, exhaust = 1.0 + params[4], 1.0 - params[4]
     stops = 1.0 if params[1] > 0.95 else 0.0
     for i in range(len(p1)):

@@ -11,7 +11,7 @@ from functools import cached_property
 
 import numpy as np
 
-from rig.model.compiled.columns import Ends, Joint, drive, pulled_to, settled
+from rig.model.compiled.columns import Ends, Joint, balanced, drive, pulled_to, settled
 from rig.model.compiled.response import propagated, regulated
 from rig.model.equations.joint_balance import LOOP_RADII_DEG
 from rig.model.fingerprint import Fingerprint
@@ -106,7 +106,7 @@ class ResponseModel:
     def balanced(self, angle: Column, offset: Column, compliance: Column, dt_s: float) -> Column:
         """The joint's angle when its equilibrium lies `offset` degrees further and its friction counts `compliance`
         times; all (n,)."""
-        return self.settled(angle, self.pulled_to(angle, dt_s) + offset, compliance, dt_s)
+        return balanced(angle, offset, compliance, self._joint, dt_s)
 
     def pulled_to(self, angle: Column, dt_s: float | Column, ends: Ends = None) -> Column:
         """The equilibrium (deg) under which the joint has these angles (deg), both (n,); of several records with their

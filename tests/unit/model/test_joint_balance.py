@@ -7,7 +7,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rig.model.compiled.columns import balanced
+from rig.model.compiled.columns import Joint, balanced
 from rig.model.compiled.stages import compiled
 from rig.model.effect_stages import EFFECT_STAGES
 from rig.model.equations.joint_balance import (
@@ -106,8 +106,7 @@ def test_an_element_carries_its_weight_times_its_travel_once_all_of_it_slips() -
 def test_a_joint_with_friction_starts_where_it_rests_and_goes_on_once_it_moves() -> None:
     """Sent further by 3 deg at rest, friction keeps most of it; the first travel breaks it loose."""
     angle = 15.0 * np.sin(2.0 * math.pi * 0.5 * np.arange(2000) * DT_S)
-    moved = balanced(
-        angle, np.full(len(angle), 3.0), np.ones(len(angle)), 0.02, 0.02, np.array([2.4, 0.8, 0.3, 0.0, 0.1]), DT_S
-    )
+    joint = Joint(0.02, 0.02, (2.4, 0.8, 0.3, 0.0, 0.1))
+    moved = balanced(angle, np.full(len(angle), 3.0), np.ones(len(angle)), joint, DT_S)
     assert 0.2 < moved[0] - angle[0] < 1.5
     assert np.mean((moved - angle)[400:]) > 2.0

@@ -8,7 +8,7 @@ import pytest
 from rig.columns import rms, white_noise
 from rig.excite.setpoints import around
 from rig.model.chain import place_effect
-from rig.model.compiled.columns import balanced, drive
+from rig.model.compiled.columns import Joint, balanced, drive
 from rig.model.compiled.stages import compiled
 from rig.model.effect_stages import EFFECT_STAGES
 from rig.model.equations import stages
@@ -17,7 +17,8 @@ from rig.model.equations.joint_balance import LOOP_RADII_DEG
 from rig.model.parameters import AddedEffect
 
 ANGLE = 15.0 * np.sin(np.linspace(0.0, 12.0, 2400))
-WEIGHTS = np.array([0.2, 0.1, 0.1, 0.05, 0.02])
+WEIGHTS = (0.2, 0.1, 0.1, 0.05, 0.02)
+SMOOTH = (0.0,) * len(WEIGHTS)
 FREE = np.zeros(len(ANGLE)), np.ones(len(ANGLE))
 
 
@@ -52,16 +53,16 @@ def test_the_muscle_of_the_model_is_driven_by_that_drive() -> None:
 
 
 def test_a_balance_with_nothing_changed_is_the_angle_itself() -> None:
-    assert balanced(ANGLE, *FREE, 0.02, 0.01, WEIGHTS, 0.005) == pytest.approx(ANGLE, abs=1e-5)
+    assert balanced(ANGLE, *FREE, Joint(0.02, 0.01, WEIGHTS), 0.005) == pytest.approx(ANGLE, abs=1e-5)
 
 
 def test_without_friction_an_offset_of_the_equilibrium_turns_the_joint_by_as_much() -> None:
     offset = np.full(len(ANGLE), 3.0)
-    assert balanced(ANGLE, offset, FREE[1], 0.0, 0.0, np.zeros(5), 0.005) == pytest.approx(ANGLE + 3.0, abs=1e-6)
+    assert balanced(ANGLE, offset, FREE[1], Joint(0.0, 0.0, SMOOTH), 0.005) == pytest.approx(ANGLE + 3.0, abs=1e-6)
 
 
 def test_friction_that_counts_more_holds_the_joint_back() -> None:
-    stiffer = balanced(ANGLE, FREE[0], 2.0 * FREE[1], 0.0, 0.0, WEIGHTS, 0.005)
+    stiffer = balanced(ANGLE, FREE[0], 2.0 * FREE[1], Joint(0.0, 0.0, WEIGHTS), 0.005)
     assert np.ptp(stiffer[1200:]) < np.ptp(ANGLE[1200:]) - 1.0
 
 
@@ -76,7 +77,7 @@ def test_the_effect_of_viscous_friction_is_the_same_balance() -> None:
     added, pressure = ANGLE.copy(), np.full(len(ANGLE), 0.2)
     params = np.array([numbers[name] for name in entry.parameters])
     compiled(entry.stage)(pressure, pressure.copy(), added, np.zeros(entry.state_size), params, 0.005)
-    doubled = balanced(ANGLE, FREE[0], 2.0 * FREE[1], 0.05, 0.0, np.zeros(5), 0.005)
+    doubled = balanced(ANGLE, FREE[0], 2.0 * FREE[1], Joint(0.05, 0.0, SMOOTH), 0.005)
     assert added == pytest.approx(doubled, abs=1e-6)
 
 

@@ -39,7 +39,7 @@ def _more(numbers: Numbers, name: str, more: str, less: str) -> str:
 
 
 def _valves(numbers: Numbers, both: str, one: str) -> str:
-    """Whom an effect of the valves concerns, by its balance."""
+    """Whom an effect of the two valves, or muscles, concerns, by its balance."""
     balance = value(numbers, "balance")
     if abs(balance) < 0.5 or abs(balance) > 1.5:
         return both
@@ -120,11 +120,9 @@ def _and_after(says: Say) -> Say:
 
 
 def _mismatch(numbers: Numbers) -> str:
-    by, balance = size(numbers["mismatch"]), value(numbers, "balance")
-    if balance < -0.5:
-        return f"Muscle 2 pulls {by} {_more(numbers, 'mismatch', 'less', 'more')} {{than}}"
-    whose = "Muscle 1" if balance > 0.5 else "Muscle 1, against muscle 2,"
-    return f"{whose} pulls {by} {_more(numbers, 'mismatch', 'more', 'less')} {{than}}"
+    whose = _valves(numbers, "Muscle 1, against muscle 2,", "Muscle {}")
+    more, less = ("less", "more") if whose == "Muscle 2" else ("more", "less")
+    return f"{whose} pulls {size(numbers['mismatch'])} {_more(numbers, 'mismatch', more, less)} {{than}}"
 
 
 def _leak(numbers: Numbers) -> str:
