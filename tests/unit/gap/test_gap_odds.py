@@ -60,20 +60,22 @@ def test_of_an_effect_its_own_name_counts_and_no_other() -> None:
     assert wrong - right == pytest.approx(np.log(0.1 / 0.7), abs=1e-3)
 
 
+def with_truth(random: np.random.Generator, odds: Odds, more: float) -> Judgement:
+    """A factor that holds an effect `more` nats likelier than by these odds, judged by evidence that is right on
+    average under odds that know nothing of that."""
+    effect = np.exp(more - odds.none)
+    truth = FactorTruth.EFFECT if random.random() < effect / (1.0 + effect) else FactorTruth.NONE
+    log = random.normal(0.0, 1.5) + (1.1 if truth is FactorTruth.EFFECT else -1.1) - odds.none
+    none = 1.0 / (1.0 + np.exp(log))
+    return Judgement(truth, none, 0.0, none if truth is FactorTruth.NONE else 1.0 - none)
+
+
 def two_factors(count: int, seed: int, odds: Odds, together: float) -> list[Judgement]:
     """Of each draw the factor ahead of the monitors, whose share of effects is `together` nats more where the other one
     holds something, judged under odds that know nothing of it."""
-    random, judged = np.random.default_rng(seed), []
-    for _ in range(count):
-        other = random.random() < 0.5
-        effect = 0.1 * np.exp(together * other)
-        truth = FactorTruth.EFFECT if random.random() < effect / (1.0 + effect) else FactorTruth.NONE
-        log = random.normal(0.0, 1.5) + (1.1 if truth is FactorTruth.EFFECT else -1.1) - odds.none
-        none = 1.0 / (1.0 + np.exp(log))
-        judged.append(
-            Judgement(truth, none, 0.0, none if truth is FactorTruth.NONE else 1.0 - none, 0.0 if other else 1.0)
-        )
-    return judged
+    random = np.random.default_rng(seed)
+    others = random.random(count) < 0.5
+    return [replace(with_truth(random, odds, together * other), alone=1.0 - other) for other in others.astype(float)]
 
 
 @pytest.mark.parametrize("together", [0.0, 2.0])
@@ -96,16 +98,11 @@ def test_a_factor_beside_which_nothing_was_found_is_judged_as_before() -> None:
 def after_nothing(count: int, seed: int, odds: Odds, healthy: float) -> list[Judgement]:
     """Angles, half of them where nothing was thought ahead of the monitors: of those nothing is `healthy` nats
     likelier, which the odds that judge know nothing of."""
-    random, judged = np.random.default_rng(seed), []
-    for number in range(count):
-        alone = number % 2 == 0
-        effect = np.exp(-odds.none - healthy * alone)
-        truth = FactorTruth.EFFECT if random.random() < effect / (1.0 + effect) else FactorTruth.NONE
-        log = random.normal(0.0, 1.5) + (1.1 if truth is FactorTruth.EFFECT else -1.1) - odds.none
-        none = 1.0 / (1.0 + np.exp(log))
-        right = none if truth is FactorTruth.NONE else 1.0 - none
-        judged.append(Judgement(truth, none, 0.0, right, after_nothing=alone))
-    return judged
+    random = np.random.default_rng(seed)
+    return [
+        replace(with_truth(random, odds, -healthy * alone), after_nothing=alone)
+        for alone in [True, False] * (count // 2)
+    ]
 
 
 @pytest.mark.parametrize("healthy", [-1.5, 0.0, 1.0])

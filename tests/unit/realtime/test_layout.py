@@ -2,12 +2,11 @@
 
 import multiprocessing
 import os
-import secrets
 import zlib
-from collections.abc import Iterator
 
 import pytest
 from support.scripted import program
+from support.shared_names import unused_name
 
 from rig.errors import LayoutError
 from rig.realtime import shared
@@ -23,12 +22,7 @@ BYTES = {1: (1951940085, 300436417, 2579143423, 530384439)}
 """Version of the layout -> checksums of the blocks below."""
 
 
-@pytest.fixture
-def name() -> Iterator[str]:
-    made = f"test-{secrets.token_hex(8)}"
-    yield made
-    for path in shared.folder().glob(f"pamrig-{made}*"):
-        path.unlink()
+name = pytest.fixture(unused_name)
 
 
 def checksum(block: SharedBlock) -> int:

@@ -1,7 +1,6 @@
 """Named memory between processes: who owns it, who may not touch it, what is left of the dead."""
 
 import os
-import secrets
 import signal
 import subprocess
 import sys
@@ -9,6 +8,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from support.shared_names import unused_name
 
 from rig.errors import StateError
 from rig.realtime import shared
@@ -17,13 +17,7 @@ from rig.realtime.shared import SharedBlock, is_stale, living_owner, sweep_stale
 pytestmark = pytest.mark.real_time
 
 
-@pytest.fixture
-def name() -> Iterator[str]:
-    """A name that nobody else uses; whatever it names is removed."""
-    made = f"test-{secrets.token_hex(8)}"
-    yield made
-    for path in shared.folder().glob(f"pamrig-{made}*"):
-        path.unlink()
+name = pytest.fixture(unused_name)
 
 
 def of_a_dead_process(name: str) -> Path:

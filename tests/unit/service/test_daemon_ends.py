@@ -5,11 +5,11 @@ import logging
 import os
 import threading
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
+from support.rigs.served_daemon import listening
 
 from rig.app import compose
 from rig.app.supervise import parts_of
@@ -151,11 +151,7 @@ def test_the_rig_is_on_its_way_to_safe_before_anybody_is_waited_for(
         return writer
 
     async def serve() -> None:
-        asyncio.get_running_loop().set_default_executor(ThreadPoolExecutor(2))
-        daemon = Daemon(parts_of(compose.load(None), virtual=True), settings)
-        serving = asyncio.ensure_future(daemon.serve())
-        while "listening" not in caplog.text:
-            await asyncio.sleep(0.001)
+        daemon, serving = await listening(settings, caplog)
         clients = [await marked() for _ in range(8)]
         while not waits.is_set() or caplog.text.count("command mark") < 8:
             await asyncio.sleep(0.001)

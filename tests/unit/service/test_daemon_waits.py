@@ -7,10 +7,10 @@ import json
 import socket
 import threading
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
+from support.rigs.served_daemon import listening
 
 from rig.app import compose
 from rig.app.supervise import parts_of
@@ -95,11 +95,7 @@ def test_a_disk_that_stands_still_under_the_queue_keeps_no_other_work_and_no_end
     settings = DaemonSettings(logs=tmp_path / "logs", state=tmp_path, socket=tmp_path / "s.sock", web=Web(on=False))
 
     async def serve() -> None:
-        asyncio.get_running_loop().set_default_executor(ThreadPoolExecutor(2))
-        daemon = Daemon(parts_of(compose.load(None), virtual=True), settings)
-        serving = asyncio.ensure_future(daemon.serve())
-        while "listening" not in caplog.text:
-            await asyncio.sleep(0.001)
+        daemon, serving = await listening(settings, caplog)
         clients = [await asyncio.open_unix_connection(settings.socket) for _ in range(3)]
         for _, writer in clients:
             writer.write(protocol.encode({"command": "clear"}))

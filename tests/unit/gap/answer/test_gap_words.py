@@ -3,24 +3,18 @@
 import re
 from collections.abc import Iterator
 from dataclasses import replace
-from typing import Any
 
 import pytest
+from support.records.told_answers import cause, told
 
 from rig.channels import Channel, Channels
 from rig.excite.experiment import Entry, Timing
 from rig.excite.signals import Sine
 from rig.gap.answer.facts import (
     RAW_DATA,
-    Evidence,
-    Gap,
-    Judged,
     Link,
     ParameterMove,
-    RecordGap,
     Retuning,
-    Verdict,
-    Where,
 )
 from rig.gap.answer.result import Cause, Diagnosis, Interval, Ranked
 from rig.gap.answer.words.on_the_rig import ON_THE_RIG
@@ -28,32 +22,16 @@ from rig.gap.answer.words.sentences import answers, chain_rows, headline
 from rig.gap.hypotheses.library import LIBRARY
 from rig.gap.offered import possible
 from rig.gap.plan.experiment import Experiment
-from rig.gap.reference.build import Kind
 from rig.model.effect_stages import EFFECT_STAGES
 
-GAP = Gap(0.751, 0.1, 7.5, 0.98, 0.0804, 0.0711, 0.0893, "simulator", 0.751)
 TUNING = Retuning(0.751, 0.13, (ParameterMove("valve1_tau_s", 0.043, 0.0531, 0.0525, 0.0537, "s"),))
 
 MOTOR = Channels(Channel("goal", "rad", (-1.0, 1.0)), Channel("position", "rad", (-1.0, 1.0)))
 PNEUMATIC_WORDS = re.compile(r"muscle|hose|valve|\bair\b|regulator|pressure|bladder|pneumatic", re.IGNORECASE)
 
 
-def cause(
-    effect: str, side: str = "pressures", also: tuple[str, ...] = (), **numbers: tuple[float, float, float, str]
-) -> Cause:
-    said = {name: Interval(*number) for name, number in numbers.items()}
-    return Cause(effect, "valve", side, None, said, 0.751, 0.0804, 0.98, also, 0.97)
-
-
 LAG = cause("valve_lag", tau_s=(0.0102, 0.0097, 0.0107, "s"), balance=(0.0, 0.0, 0.0, "1"))
 NOTHING_KNOWN = Cause("unknown", "joint", "angle", None, {}, 0.751, 0.751, 0.0, ("backlash", "creep"), 0.9)
-
-
-def told(*causes: Cause, verdict: str = "explained", reference: str = "simulator", **gap: Any) -> Diagnosis:
-    where = Where(causes[0].stage if causes else None, {"valve": 0.9, "downstream": 0.1})
-    made = replace(GAP, **gap)
-    seen = judged("pressures", True)
-    return Diagnosis(Verdict(verdict), 0.9, made, where, causes, [], evidence=seen, reference=Kind(reference))
 
 
 def numbers_of(name: str) -> Iterator[dict[str, Interval]]:
@@ -63,12 +41,6 @@ def numbers_of(name: str) -> Iterator[dict[str, Interval]]:
         for shape in law.shapes:
             names = dict.fromkeys([*law.free, *shape, *law.tied])
             yield {one: Interval(shape.get(one, 0.5), 0.4, 0.6, known[one].unit) for one in names}
-
-
-def judged(factor: str, found: bool) -> Evidence:
-    """What one factor showed, or did not."""
-    records = [RecordGap(name, 0.75, 0.08) for name in ("a", "b")]
-    return Evidence({factor: Judged(0.02, 0.001, "MPa", found, {}, [], 0.0, {})}, records=records)
 
 
 def test_the_first_lines_are_understood_at_once() -> None:
@@ -276,40 +248,6 @@ def test_retuning_and_what_the_effect_closes_beyond_it(after: float, words: str)
     said = answers(replace(told(LAG), retuning=replace(TUNING, after_deg=after)))["Re-tuning:"]
     assert "valve1_tau_s goes from 43 ms to 53 ms" in said or "valve1_tau_s goes from 43 ms to 53.1 ms" in said
     assert words in said
-
-
-@pytest.mark.parametrize(
-    ("confidence", "chances", "beside", "notes", "said"),
-    [
-        (
-            0.5,
-            {"none": 1.0},
-            0.0,
-            ("something small may act",),
-            "(verdict: none); the notes say what it may be otherwise.",
-        ),
-        (0.6, {"none": 0.6, "unknown": 0.39}, 0.0, (), "(verdict: none); 39 % are for something unknown."),
-        (0.6, {"none": 0.6, "delay": 0.39}, 0.0, (), "(verdict: none); 39 % are for a dead time (delay)."),
-        (0.6, {"none": 0.9, "delay": 0.1}, 0.3, (), "(verdict: none); 30 % are for something unknown beside it."),
-        (0.6, {"none": 0.9, "delay": 0.1}, 0.7, (), "(verdict: none); 10 % are for a dead time (delay)."),
-        (0.95, {"none": 0.95, "delay": 0.05}, 0.0, (), "(verdict: none)."),
-    ],
-)
-def test_an_answer_that_is_not_sure_says_where_the_rest_goes(
-    confidence: float, chances: dict[str, float], beside: float, notes: tuple[str, ...], said: str
-) -> None:
-    seen = Evidence({"angle": Judged(0.1, 0.1, "deg", False, chances, [], beside, {})})
-    made = replace(told(verdict="none", rms_deg=0.09), confidence=confidence, evidence=seen, notes=notes)
-    assert answers(made)["How sure:"].endswith(said)
-
-
-def test_what_is_answered_is_no_rival_of_itself() -> None:
-    """Effects are likelier than nothing together, and the likeliest of them a little less by itself."""
-    chances = {"none": 0.32, "sensor_gain": 0.31, "gravity_load": 0.2, "stiffness": 0.17}
-    seen = Evidence({"angle": Judged(0.1, 0.1, "deg", True, chances, [], 0.0, {})})
-    gain = cause("sensor_gain", "angle", gain=(0.01, 0.005, 0.015, "1"))
-    made = replace(told(gain), confidence=0.31, evidence=seen)
-    assert answers(made)["How sure:"].endswith("(verdict: explained); 32 % are for nothing at all.")
 
 
 def test_a_cause_has_no_0_percent_of_a_gap() -> None:

@@ -34,12 +34,12 @@ def runner(folder: Path, spare_gb: float, session: Any = None) -> tuple[QueueRun
     return QueueRunner(monitor, queue, compose.load(None), settings, Ledger(settings.ledger), DiskWork()), queue
 
 
-def worked_on(folder: Path, sweep: Path, spare_gb: float) -> Job:
+def worked_on(folder: Path, sweep: Path, spare_gb: float, session: Any = None) -> Job:
     """A job of `sweep`, after the runner has looked at it."""
     (folder / "logs").mkdir()
 
     async def look() -> Job:
-        work, queue = runner(folder, spare_gb)
+        work, queue = runner(folder, spare_gb, session)
         job = queue.add(sweep, sweep.stem, 1, 10.0, 0.0)
         work.go_on()
         task = asyncio.create_task(work.run())
@@ -75,20 +75,7 @@ def test_a_program_for_which_there_is_no_room_in_memory_stops_a_job_that_can_go_
 
     monkeypatch.setattr(Planner, "publish", full)
     monkeypatch.setattr(QueueRunner, "check_space", lambda _: asyncio.sleep(0))
-    (tmp_path / "logs").mkdir()
-
-    async def look() -> Job:
-        work, queue = runner(tmp_path, 0.0, SimpleNamespace(id=1, trouble=None))
-        job = queue.add(QUICK, "quick", 1, 10.0, 0.0)
-        work.go_on()
-        task = asyncio.create_task(work.run())
-        while work.working:
-            await asyncio.sleep(0.01)
-        task.cancel()
-        work.planner.close()
-        return job
-
-    job = asyncio.run(asyncio.wait_for(look(), 30.0))
+    job = worked_on(tmp_path, QUICK, 0.0, SimpleNamespace(id=1, trouble=None))
     assert job.state is JobState.STOPPED
     assert "No space left" in job.error
 

@@ -1,0 +1,43 @@
+"""How sure an answer is, in words: what the rest is given to, and that is no part of the answer."""
+
+from dataclasses import replace
+
+import pytest
+from support.records.told_answers import cause, told
+
+from rig.gap.answer.facts import Evidence, Judged
+from rig.gap.answer.words.sentences import answers
+
+
+@pytest.mark.parametrize(
+    ("confidence", "chances", "beside", "notes", "said"),
+    [
+        (
+            0.5,
+            {"none": 1.0},
+            0.0,
+            ("something small may act",),
+            "(verdict: none); the notes say what it may be otherwise.",
+        ),
+        (0.6, {"none": 0.6, "unknown": 0.39}, 0.0, (), "(verdict: none); 39 % are for something unknown."),
+        (0.6, {"none": 0.6, "delay": 0.39}, 0.0, (), "(verdict: none); 39 % are for a dead time (delay)."),
+        (0.6, {"none": 0.9, "delay": 0.1}, 0.3, (), "(verdict: none); 30 % are for something unknown beside it."),
+        (0.6, {"none": 0.9, "delay": 0.1}, 0.7, (), "(verdict: none); 10 % are for a dead time (delay)."),
+        (0.95, {"none": 0.95, "delay": 0.05}, 0.0, (), "(verdict: none)."),
+    ],
+)
+def test_an_answer_that_is_not_sure_says_where_the_rest_goes(
+    confidence: float, chances: dict[str, float], beside: float, notes: tuple[str, ...], said: str
+) -> None:
+    seen = Evidence({"angle": Judged(0.1, 0.1, "deg", False, chances, [], beside, {})})
+    made = replace(told(verdict="none", rms_deg=0.09), confidence=confidence, evidence=seen, notes=notes)
+    assert answers(made)["How sure:"].endswith(said)
+
+
+def test_what_is_answered_is_no_rival_of_itself() -> None:
+    """Effects are likelier than nothing together, and the likeliest of them a little less by itself."""
+    chances = {"none": 0.32, "sensor_gain": 0.31, "gravity_load": 0.2, "stiffness": 0.17}
+    seen = Evidence({"angle": Judged(0.1, 0.1, "deg", True, chances, [], 0.0, {})})
+    gain = cause("sensor_gain", "angle", gain=(0.01, 0.005, 0.015, "1"))
+    made = replace(told(gain), confidence=0.31, evidence=seen)
+    assert answers(made)["How sure:"].endswith("(verdict: explained); 32 % are for nothing at all.")
