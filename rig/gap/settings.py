@@ -198,6 +198,21 @@ class BuildSpread:
 
 
 @dataclass(frozen=True)
+class UsualShares:
+    """How much of an effect a simulator's class usually lacks of a healthy rig, as a share of what moves anyhow (rms):
+    half of a normal distribution; fitted by `pamrig gap study usual` (docs/decisions/0638)."""
+
+    scales: Mapping[str, float] = field(hash=False)
+    """Effect -> scale. Less: a healthy rig that has a little more of it is given a cause. More: as much is no gap.
+    Effects that are not here are a gap at any size."""
+
+    def log_density(self, effect: str, share: float) -> float:
+        """Of the logarithm of a share."""
+        ratio = share / self.scales[effect]
+        return math.log(ratio) + 0.5 * math.log(2.0 / math.pi) - 0.5 * ratio**2
+
+
+@dataclass(frozen=True)
 class Odds:
     """What is thought beforehand of each factor beside a reference, against each single effect, in nats."""
 
@@ -230,6 +245,8 @@ class Levels:
     odds: Odds = Odds()
     builds: BuildSpread | None = None
     """Of what a simulator's class misses of the pressures; None: as much of every build."""
+    usual: UsualShares | None = None
+    """What a simulator's class lacks of healthy rigs; None: nothing."""
 
 
 @dataclass(frozen=True)
@@ -265,6 +282,11 @@ class Prior:
     """By what the log odds between effects are divided before they are told (`rig.gap.temperature`); fitted on cases of
     development, by `pamrig gap study temperature`. More: names are less sure, sets larger, and another experiment is
     recommended sooner."""
+
+    def log_density(self, share: float) -> float:
+        """Of the logarithm of what an effect changes, as a share of what moves anyhow (rms)."""
+        off = (math.log(share) - math.log(self.share)) / self.share_spread
+        return -0.5 * off**2 - math.log(self.share_spread * math.sqrt(2.0 * math.pi))
 
 
 @dataclass(frozen=True)

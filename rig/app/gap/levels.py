@@ -88,18 +88,18 @@ def calibrate(plan: FittingPlan, report: Callable[[int], None] = lambda done: No
     the rest, odds as well, stays as it is. `report` is told how many of STEPS times the rigs are done."""
     shipped = fitted()
     prior = shipped.prior
-    sheets = [_first_cases(name, plan) for name in plan.families]
+    sheets = [first_cases(name, plan) for name in plan.families]
     rigs = [case for sheet in sheets for case in sheet]
     with executor(None, plan.workers) as pool:
-        models = list(_reported(pool.map(identified, rigs), report, 0))
-        sisters = [models[_next_of(k, sheets)] for k in range(len(rigs))]
+        models = list(reported(pool.map(identified, rigs), report, 0))
+        sisters = [models[next_of(k, sheets)] for k in range(len(rigs))]
         found = pool.map(healthy_days, zip(rigs, models, sisters, strict=True))
-        days = [day for some in _reported(found, report, len(rigs)) for day in some]
+        days = [day for some in reported(found, report, len(rigs)) for day in some]
         names = list(dict.fromkeys(day.reference for day in days))
         of_each = [[day for day in days if day.reference == name] for name in names]
         made = zip(names, pool.map(partial(_levels, prior=prior), of_each), strict=True)
         levels = {name: replace(one, odds=shipped.levels[name].odds) for name, one in made}
-        errors = _reported(pool.map(of_rig, range(len(rigs)), rigs), report, 2 * len(rigs))
+        errors = reported(pool.map(of_rig, range(len(rigs)), rigs), report, 2 * len(rigs))
         rough = [error for some in errors for error in some]
     laws = usual_errors(rough)
     provenance = provenance_of(plan, shipped, laws)
@@ -134,7 +134,7 @@ def origin(command: str, seeds: Sequence[int], families: Sequence[str], on: str)
     return Origin(command, list(seeds), list(families), on, since)
 
 
-def _reported(results: Iterable[R], report: Callable[[int], None], before: int) -> Iterator[R]:
+def reported(results: Iterable[R], report: Callable[[int], None], before: int) -> Iterator[R]:
     for done, result in enumerate(results, before + 1):
         report(done)
         yield result
@@ -157,14 +157,14 @@ _ListsOnOneLine.add_representer(
 
 def identified(case: Case) -> Model:
     """The simulator of the case's unit, from its first day."""
-    model: Model = nominal_model(_days(case)[0], bench_of(case).excitations[0].p0_mpa)
+    model: Model = nominal_model(days_of(case)[0], bench_of(case).excitations[0].p0_mpa)
     return model
 
 
 def healthy_days(rig: tuple[Case, Model, Model]) -> list[HealthyDay]:
     """The unit's further days beside each reference; a simulator that runs away under them tells nothing."""
     case, own, sister = rig
-    days, found = _days(case), []
+    days, found = days_of(case), []
     for number in DAYS:
         asked = [
             (Kind.SESSION, False, own, [days[0]]),
@@ -223,13 +223,13 @@ def _levels(days: Sequence[HealthyDay], prior: Prior) -> Levels:
     return replace(made, builds=fit_builds([[day.pressures for day in some] for some in families], pressures, prior))
 
 
-def _first_cases(family: str, plan: FittingPlan) -> list[Case]:
+def first_cases(family: str, plan: FittingPlan) -> list[Case]:
     """One case of every unit: it stands for the unit."""
     sheet = draw_sheet(Purpose.DEVELOPMENT, plan.seed, plan.units * CASES_PER_UNIT, family)
     return sheet[::CASES_PER_UNIT]
 
 
-def _next_of(k: int, sheets: Sequence[Sequence[Case]]) -> int:
+def next_of(k: int, sheets: Sequence[Sequence[Case]]) -> int:
     """The index, over all families, of another unit of the same build."""
     start = 0
     for sheet in sheets:
@@ -239,7 +239,7 @@ def _next_of(k: int, sheets: Sequence[Sequence[Case]]) -> int:
     raise IndexError(k)
 
 
-def _days(case: Case) -> list[list[Record]]:
+def days_of(case: Case) -> list[list[Record]]:
     bench: Bench = bench_of(case)
     return [records_of(day) for day in bench.baselines]
 

@@ -1,5 +1,5 @@
 """`pamrig gap study`: what builders of the diagnosis ask of it. Its own numbers on simulated plants (sizes, absorbed,
-sensitivity), and what is fitted to scored checks of development cases (odds, temperature,
+sensitivity), what is fitted on these (usual), and to scored checks of development cases (odds, temperature,
 further)."""
 
 from collections.abc import Callable
@@ -126,16 +126,19 @@ def sensitivity(
     )
 
 
+priors_option = click.option(
+    "--priors",
+    type=click.Path(path_type=Path, exists=True, dir_okay=False),
+    metavar="FILE",
+    help="Levels to go on from, in place of the shipped ones.",
+)
+
+
 def _fitted_on_checks(command: Callable[..., None]) -> Callable[..., None]:
     """The options of a command that fits to scored checks of development cases."""
     options = (
         click.argument("folders", nargs=-1, required=True, type=path_type),
-        click.option(
-            "--priors",
-            type=click.Path(path_type=Path, exists=True, dir_okay=False),
-            metavar="FILE",
-            help="Levels to go on from, in place of the shipped ones.",
-        ),
+        priors_option,
         left_out_option("Families whose cases do not count. Repeatable."),
         output_option(OutputKind.LEVELS, "Where the levels go.", required=True, metavar="FILE.yaml"),
         json_option,
@@ -209,6 +212,41 @@ def odds(
             f"likelier by {fit.gained:.2g} nats each"
         )
     emit(unstructure(fits), json_to)
+
+
+@study.command(short_help="Fit what simulators usually lack of healthy rigs.")
+@families_option
+@left_out_option("Families to leave out, to be judged by them. Repeatable.")
+@click.option("--units", type=click.IntRange(1), default=4, show_default=True, help="Units of each family.")
+@click.option("--seed", type=click.IntRange(0), default=302, show_default=True, help="Seed of the development units.")
+@priors_option
+@workers_option
+@output_option(OutputKind.LEVELS, "Where the levels go.", required=True, metavar="FILE.yaml")
+@json_option
+def usual(
+    families: tuple[str, ...], left_out: tuple[str, ...], units: int, seed: int, priors: Path | None,
+    workers: int | None, output: Path, json_to: str | None,
+) -> None:  # fmt: skip
+    """Fit how much of which effects a simulator usually lacks of a healthy rig (regulators that hold a little, some
+    mass), on simulated plants, and write it with the levels.
+
+    As much of them is no gap where nothing but a simulator stands for the rig.
+    """
+    from rig.app.gap.levels import FittingPlan, known_families, write
+    from rig.app.gap.study.usual import STEPS, with_usual
+    from rig.app.terminal import progress
+    from rig.config import unstructure
+    from rig.gap.settings import PRIORS, fitted
+
+    plan = FittingPlan(known_families(families, left_out), units, seed, workers)
+    total = STEPS * units * len(plan.families)
+    with progress("rigs", total) as update:
+        levels, found = with_usual(fitted(priors or PRIORS), plan, lambda done: update(done, f"{done} of {total}"))
+    write(levels, output)
+    for name, shares in found.items():
+        each = [] if shares is None else [f"{effect} {100 * scale:.1f} %" for effect, scale in shares.scales.items()]
+        console(json_to).print(f"{name}: {', '.join(each) or 'nothing'} of what moves (rms)")
+    emit(unstructure(found), json_to)
 
 
 @study.command(short_help="Fit how sure names are.")

@@ -1,5 +1,5 @@
-"""What raw-data tests found: a cause where it makes up the gap or nothing else does, else an observation beside the
-cause.
+"""What is seen and explains little or nothing of the gap: what raw-data tests found, unless it makes up the gap or
+nothing else does, and what a simulator usually lacks of a healthy rig.
 
 A converter's step, noise, a line or lost samples are facts about the samples. They explain why simulator and rig differ
 only as far as they make up that difference.
@@ -11,13 +11,18 @@ from dataclasses import dataclass
 import numpy as np
 
 from rig.gap.answer.facts import SIGNATURE
+from rig.gap.answer.how_far.size_intervals import intervals
 from rig.gap.answer.result import Cause, Interval, Observation
+from rig.gap.hypotheses.fit import Fit
 from rig.gap.hypotheses.library import LIBRARY
 from rig.gap.raw_tests.signature import Signature
 from rig.gap.reference.build import Expected
 from rig.gap.response.propagate import Applied
+from rig.gap.settings import Reach
 from rig.model.effect_stages import EFFECT_STAGES
 
+USUAL = "usual of a simulator"
+"""The name of the test by which such an effect is seen."""
 LEAST_SHARE = 0.05
 """Share of the raw records' mean-square gap from which on a signature explains some of it. Less: small steps and hums
 are named beside any cause; more: a real second cause in the samples is told as a remark."""
@@ -89,3 +94,11 @@ def _numbers(signature: Signature, effect: str) -> dict[str, Interval]:
 def _observation(signature: Signature, share: float) -> Observation:
     numbers = {} if signature.effect is None else _numbers(signature, signature.effect)
     return Observation(signature.test, signature.effect, signature.text, numbers, signature.confidence, share)
+
+
+def usual_of_a_simulator(fit: Fit, probability: float, share: float, reach: Reach) -> Observation:
+    """An effect that is as large as a simulator usually lacks it of a healthy rig, and closes a share of what it was
+    found on."""
+    name = fit.effect.name
+    text = f"{name} no larger than a simulator usually lacks it of a healthy rig"
+    return Observation(USUAL, name, text, intervals(fit, reach), probability, share)

@@ -75,7 +75,7 @@ class Cause:
 
 @dataclass(frozen=True)
 class Observation:
-    """Something that the raw samples show beside the causes, and that explains little or nothing of the gap."""
+    """Something that is seen beside the causes, and that explains little or nothing of the gap."""
 
     test: str
     effect: str | None
@@ -85,7 +85,7 @@ class Observation:
     probability: float
     """That it is there."""
     share: float
-    """Of the raw records' mean-square gap."""
+    """Of the raw records' mean-square gap; of what it was found on where no raw-data test did."""
 
     def to_json(self) -> dict[str, Any]:
         return {

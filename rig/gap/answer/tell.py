@@ -13,8 +13,8 @@ from rig.gap.answer.how_far.further import Shrunk, further
 from rig.gap.answer.how_far.held_out import HowFar
 from rig.gap.answer.how_far.size_intervals import intervals, reference_of
 from rig.gap.answer.kept import dropped_effects, effects_not_kept, kept_effects, share_closed
-from rig.gap.answer.observations import told_apart
-from rig.gap.answer.result import Cause, Diagnosis, Ranked
+from rig.gap.answer.observations import told_apart, usual_of_a_simulator
+from rig.gap.answer.result import Cause, Diagnosis, Observation, Ranked
 from rig.gap.answer.where import frequency_shares, over_time, phase_shares, region_shares
 from rig.gap.hypotheses.fit import Fit
 from rig.gap.hypotheses.inverse_problems import PRESSURES
@@ -84,7 +84,7 @@ def tell(findings: Findings, after: Callable[[Sequence[tuple[str, Fit]]], HowFar
         _notes(findings, kept, [*known.notes, *_small_notes(small, kept, smoothed, floor)]),
         reference=findings.expected.kind,
         retuning=findings.retuning,
-        observations=in_samples.observations,
+        observations=[*in_samples.observations, *_usual(findings)],
     )
 
 
@@ -107,6 +107,20 @@ def _small_notes(small: Sequence[Cause], kept: Sequence[Kept], before: float, fl
         f"something small that is not in the library may act{' as well' if kept else ''}, at the {one.stage} "
         f"({100.0 * one.confidence:.0f} %): {why} above the floor"
         for one in small
+    ]
+
+
+def _usual(findings: Findings) -> list[Observation]:
+    """What is there as large as a simulator usually lacks it of a healthy rig, and is no gap."""
+    return [
+        usual_of_a_simulator(
+            posterior.fits[posterior.usual.effect],
+            posterior.usual.probability,
+            share_closed(posterior, posterior.fits[posterior.usual.effect]),
+            findings.settings.reach_of(reference_of(findings.expected.kind)),
+        )
+        for posterior in findings.posteriors
+        if posterior.usual is not None
     ]
 
 

@@ -7,6 +7,7 @@ from types import MappingProxyType
 
 import numpy as np
 
+from rig.gap.evidence.usual_shares import Usual, nothing
 from rig.gap.hypotheses.fit import Fit, ForwardModel, fit_effect, settled
 from rig.gap.hypotheses.inverse_problems import InverseProblem
 from rig.gap.hypotheses.law_errors import rough_law, rough_lines
@@ -51,6 +52,8 @@ class Posterior:
     """ln p of the factor's gap, over all hypotheses."""
     given: str = ""
     """The first of two effects on this factor, where this one is about the second."""
+    usual: Usual | None = None
+    """What is there as large as is usual, where none is likelier with it than without."""
 
     @property
     def best(self) -> str:
@@ -96,6 +99,11 @@ class Posterior:
         """Log evidence where another factor holds something: what acts on this one is likelier by `together` nats."""
         none = self.probability[NONE]
         return self.log_evidence + float(np.log(none + (1.0 - none) * np.exp(together)))
+
+    @property
+    def log_evidence_of_none(self) -> float:
+        """Log evidence that nothing acts, the usual included, with what is thought of it beforehand."""
+        return self.log_evidence + float(np.log(max(self.probability[NONE], 1e-300)))
 
     def with_evidence(self, nats: Mapping[str, float]) -> "Posterior":
         """The posterior updated by another factor's log evidence (nats) for some of the hypotheses; those without one
@@ -144,14 +152,16 @@ def judge(
     found = [fit_effect(effect, forward, problem.shows, problem.screening) for effect in effects]
     fits = {fit.effect.name: fit for fit in found if fit is not None and np.isfinite(fit.log_evidence)}
     gap, expected = plain.factor.gap_lines, plain.factor.healthy
+    bare = expected.log_density(gap) + forward.odds.none + healthy
+    none = nothing(bare, fits, forward.usual, forward.prior)
     logs = {
-        NONE: expected.log_density(gap) + forward.odds.none + healthy,
+        NONE: none.log_evidence,
         UNKNOWN: log_unknown(plain, expected, gap) + forward.odds.unknown,
     }
     odds = {name: _log_odds_beside(fit) for name, fit in fits.items()}
     logs |= {name: _with_unknown(fit, odds[name]) for name, fit in fits.items()}
     probability, total = _normalised(parted(logs, said))
-    return Posterior(problem, plain, probability, fits, odds, total)
+    return Posterior(problem, plain, probability, fits, odds, total, usual=none.usual)
 
 
 def parted(logs: Mapping[str, float], said: Mapping[str, float]) -> dict[str, float]:

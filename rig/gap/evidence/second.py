@@ -1,47 +1,96 @@
 """Two causes on one factor: where the likeliest one leaves something unknown, each of the best few is taken for known
-and everything competes once more on what is left."""
+and everything competes once more on what is left, what a simulator usually lacks included."""
 
-from collections.abc import Mapping, Sequence
-from dataclasses import replace
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from rig.gap.evidence.posterior import LEAST_CHANCE, Posterior, judge
+from rig.gap.evidence.usual_shares import Usual, log_usual
 from rig.gap.hypotheses.fit import Fit, refit
 from rig.gap.hypotheses.given import forward_given, problem_given
-from rig.gap.hypotheses.library import UNKNOWN, Effect
+from rig.gap.hypotheses.library import NONE, UNKNOWN, Effect
 from rig.gap.settings import EVEN_CHANCE, FIRSTS_TRIED
+
+
+@dataclass(frozen=True)
+class _Two:
+    """Two effects on one factor, one of them perhaps as large as a simulator usually lacks it."""
+
+    log_evidence: float
+    first: Fit
+    second: Posterior
+    """What competes beside the first."""
+    usual: str = ""
+    """The one that is no gap; none where both are."""
+
+    @property
+    def name(self) -> str:
+        """Of the first that is a gap."""
+        return self.second.best if self.usual == self.first.effect.name else self.first.effect.name
 
 
 def with_second(effects: Sequence[Effect], alone: Posterior, said: Mapping[str, float]) -> tuple[Posterior, ...]:
     """The posterior as it is; or, where something unknown stands in it and two effects explain the factor better than
-    one with that, those of the likeliest first effect and of the second beside it."""
-    if not alone.found or (alone.best != UNKNOWN and alone.beside <= EVEN_CHANCE):
+    one with that, those of the likeliest first effect and of the second beside it, and of one alone where the other is
+    there at a usual size."""
+    if not alone.found:
+        return (alone,)
+    alone = replace(alone, usual=None)
+    if alone.best != UNKNOWN and alone.beside <= EVEN_CHANCE:
         return (alone,)
     firsts = sorted(alone.fits.values(), key=lambda fit: -fit.log_evidence)[:FIRSTS_TRIED]  # what explains most alone
-    pairs = []
+    pairs: list[_Two] = []
     for first in firsts:
         others = [effect for effect in effects if effect.name != first.effect.name]
         second = judge(others, problem_given(alone.problem, first), said)
-        if second.fit is not None and second.beside <= EVEN_CHANCE:
-            told = said.get(first.effect.name, 0.0) + said.get(second.best, 0.0)
-            pairs.append((_of_both(first, second.fit) + told, first.effect.name, second))
+        told = said.get(first.effect.name, 0.0) + said.get(second.best, 0.0)
+        pairs += [replace(two, log_evidence=two.log_evidence + told) for two in _explanations(first, second)]
     if not pairs:
         return (alone,)
-    best, name, second = max(pairs, key=lambda pair: pair[0])
-    if best < _of_one(alone):
+    best = max(pairs, key=lambda two: two.log_evidence)
+    if best.log_evidence < _of_one(alone):
         return (alone,)
-    total = np.logaddexp.reduce([pair[0] for pair in pairs])
-    chances = dict.fromkeys(alone.probability, 0.0) | {other: float(np.exp(one - total)) for one, other, _ in pairs}
+    return _told(alone, best, pairs)
+
+
+def _explanations(first: Fit, second: Posterior) -> Iterator[_Two]:
+    """By two effects: both a gap, or one of them as large as is usual of a simulator."""
+    prior, shares = first.forward.prior, first.forward.usual
+    if second.fit is not None and second.beside <= EVEN_CHANCE:
+        beside, usual = second.fit.log_evidence, log_usual(first, len(second.fits) + 1, shares, prior)
+        yield _Two(_of_both(first, beside + prior.log_beside), first, second)
+        if math.isfinite(usual):
+            yield _Two(_of_both(first, beside + usual), first, second, first.effect.name)
+    elif second.best == NONE and second.usual is not None:
+        yield _Two(_of_both(first, second.log_evidence_of_none), first, second, second.usual.effect)
+
+
+def _told(alone: Posterior, best: _Two, pairs: Sequence[_Two]) -> tuple[Posterior, ...]:
+    """The posteriors of the likeliest two, where these are all that were tried."""
+    first, second = best.first.effect.name, best.second
+    total = float(np.logaddexp.reduce([two.log_evidence for two in pairs]))
+    chances = dict.fromkeys(alone.probability, 0.0)
+    for two in pairs:
+        chances[two.name] = chances.get(two.name, 0.0) + math.exp(two.log_evidence - total)
+    usual = Usual(best.usual, math.exp(best.log_evidence - total)) if best.usual else None
+    if usual is not None and usual.effect == first:
+        return (replace(second, usual=usual, fits=second.fits | {first: best.first}),)
+    told = replace(alone, probability=chances, log_odds_beside={}, usual=usual)
+    if usual is not None:
+        return (replace(told, fits=alone.fits | {usual.effect: second.fits[usual.effect]}),)
     assert second.fit is not None
-    fits = alone.fits | {name: _beside(alone, name, second.fit)}
-    return replace(alone, probability=chances, log_odds_beside={}, fits=fits), replace(second, given=name)
+    return replace(told, fits=alone.fits | {first: _beside(alone, first, second.fit)}), replace(
+        second, given=first, usual=None
+    )
 
 
-def _of_both(first: Fit, second: Fit) -> float:
-    """Log evidence of two effects: that of the second beside the first, what the numbers of the first cost, and that
-    there is anything beside it."""
-    return second.log_evidence + first.log_evidence - first.log_law + first.forward.prior.log_beside
+def _of_both(first: Fit, log_beside: float) -> float:
+    """Log evidence of the first effect and of what is beside it: of that, given the first, and what the numbers of the
+    first cost."""
+    return log_beside + first.log_evidence - first.log_law
 
 
 def _of_one(alone: Posterior) -> float:

@@ -28,6 +28,7 @@ from rig.gap.settings import (
     WIDTH_SHARES,
     Odds,
     Prior,
+    UsualShares,
 )
 from rig.identify.response.descent import Descent, descend
 from rig.model.effect_stages import EFFECT_STAGES
@@ -54,6 +55,8 @@ class ForwardModel:
     """Rms of what the factor's columns do without any cause: sizes of changes are seen against it."""
     prior: Prior
     odds: Odds
+    usual: UsualShares | None = None
+    """What a simulator lacks of healthy rigs."""
     unsure: "UncertainParameters | None" = None
     """What is unsure of the reference and may be far off."""
     nonlinear: "Column | float" = 0.0
@@ -96,6 +99,10 @@ class ForwardModel:
         under these records."""
         with np.errstate(invalid="ignore", over="ignore"):
             return self.change(ready([cause], self.response))
+
+    def share_of(self, change: Column) -> float:
+        """Rms of what is changed (n,), as a share of what moves without any cause."""
+        return max(self.factor.rms(change) / self.moving, 1e-9)
 
 
 @dataclass(frozen=True)
@@ -145,6 +152,11 @@ class Fit:
     """On which it was judged."""
     roughness: float = 0.0
     """Share of what it changes by which its law is likely wrong, by what it leaves: root mean square."""
+
+    @property
+    def share(self) -> float:
+        """What it changes, as a share of what moves without any cause (rms)."""
+        return self.forward.share_of(self.change)
 
     @property
     def fixed(self) -> dict[str, float]:
@@ -330,14 +342,9 @@ class _Trial:
         """Log-normal in what the effect does, flat in its shapes; and the precision that holds each number within its
         range."""
         prior = self.forward.prior
-        used = self.forward.factor.lines.used
-        rms = float(np.sqrt(np.sum((change * used) ** 2) / max(float(used.sum()), 1.0)))
-        share = max(rms / self.forward.moving, 1e-9)
         size = max(abs(float(x[0])), 1e-9)
-        log_size = -0.5 * ((np.log(share) - np.log(prior.share)) / prior.share_spread) ** 2 - np.log(
-            prior.share_spread * np.sqrt(2 * np.pi)
-        )
-        total = float(log_size) - np.log(size) - np.log(len(self.law.signs))
+        log_size = prior.log_density(self.forward.share_of(change))
+        total = log_size - np.log(size) - np.log(len(self.law.signs))
         widths = _widths(x[1:], (self.high - self.low)[1:])
         total -= float(np.sum(np.log(widths))) + np.log(len(self.law.shapes))
         precision = np.concatenate([[1.0 / (prior.share_spread * size) ** 2], 12.0 / widths**2])

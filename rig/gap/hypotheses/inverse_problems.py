@@ -113,7 +113,9 @@ def pressure_forward(expected: Expected, settings: Fitted, whole: Expected | Non
     moving = float(np.std(np.concatenate([context.reference.p1_mpa for context in expected.contexts])))
     scales = law_scales((whole or expected).contexts, expected.response.tau0_s)
     change = pressure_change(expected.contexts, expected.response)
-    forward = ForwardModel(factor, change, expected.response, scales, moving, settings.prior, reference_levels.odds)
+    forward = ForwardModel(
+        factor, change, expected.response, scales, moving, settings.prior, reference_levels.odds, reference_levels.usual
+    )
     if expected.kind is not Kind.SIMULATOR:
         return forward
     return replace(forward, unsure=unsure_regulators(expected.contexts, expected.response, parts, levels, times))
@@ -141,7 +143,9 @@ def angle_forward(expected: Expected, settings: Fitted, whole: Expected | None =
     moving = float(np.std(np.concatenate(base)))
     scales = law_scales((whole or expected).contexts, expected.response.tau0_s)
     change = angle_change(contexts, base, response, expected.driven)
-    return ForwardModel(factor, change, response, scales, moving, settings.prior, reference_levels.odds)
+    return ForwardModel(
+        factor, change, response, scales, moving, settings.prior, reference_levels.odds, reference_levels.usual
+    )
 
 
 def _angle_levels(expected: Expected, levels: FactorLevels) -> FactorLevels:

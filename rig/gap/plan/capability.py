@@ -8,6 +8,7 @@ from functools import cache
 import numpy as np
 from scipy.special import ndtri
 
+from rig.gap.evidence.usual_shares import least_gap_share
 from rig.gap.hypotheses.inverse_problems import InverseProblem
 from rig.gap.hypotheses.library import Effect, Law
 from rig.gap.plan.directions import Direction, columns, ladder, sized, unit_of, usual_directions
@@ -121,8 +122,9 @@ def _abilities(
         nearest = min(others, key=lambda j: between[i, j]) if others else None
         share = 1.0 if nearest is None else between[i, nearest] / max(between[i, i], 1e-12)
         seen = seen_separation(prior, problem.forward.odds, first.choices, effects)
-        detectable = _size_at(problem, first, seen)
-        nameable = _size_at(problem, first, max(seen, named_separation(prior) / max(share, 1e-9)))
+        least = least_gap_share(first.effect.name, effects, problem.forward.usual, prior)
+        detectable = _size_at(problem, first, seen, least)
+        nameable = _size_at(problem, first, max(seen, named_separation(prior) / max(share, 1e-9)), least)
         rival = None if nearest is None else firsts[nearest].effect.name
         found.append(
             Ability(
@@ -132,9 +134,10 @@ def _abilities(
     return found
 
 
-def _size_at(problem: InverseProblem, direction: Direction, separation: float) -> float | None:
-    """The size of a law at which it lies that many standard deviations from nothing: between the steps of its ladder in
-    proportion on logarithmic axes; None where none is enough."""
+def _size_at(problem: InverseProblem, direction: Direction, separation: float, least: float) -> float | None:
+    """The size of a law at which it lies that many standard deviations from nothing, and changes at `least` that share
+    of what moves anyhow: between the steps of its ladder in proportion on logarithmic axes; None where none is
+    enough."""
     law: Law = direction.law
     sign = float(np.sign(direction.size)) if law.signs != (1.0,) else 1.0
     sizes, far = [], []
@@ -142,16 +145,17 @@ def _size_at(problem: InverseProblem, direction: Direction, separation: float) -
         change = sized(law, next(law.shapes_in(problem.forward.scales)), size, problem)
         if change is not None:
             sizes.append(size)
-            far.append(_distance(problem, change))
+            unusual = problem.forward.share_of(change) / least if least > 0.0 else np.inf
+            far.append(min(_distance(problem, change) / separation, unusual))
     order = np.argsort(far)
     reach, at = np.array(far)[order], np.array(sizes)[order]
-    if not len(reach) or separation > reach[-1]:
+    if not len(reach) or reach[-1] < 1.0:
         return None
-    k = int(np.searchsorted(reach, separation))
+    k = int(np.searchsorted(reach, 1.0))
     if k == 0:
         return float(at[0])
     low, high = max(reach[k - 1], 1e-12), max(reach[k], 1e-12)
-    part = float(np.log(separation / low) / max(np.log(high / low), 1e-12)) if reach[k - 1] > 0.0 else 1.0
+    part = float(-np.log(low) / max(np.log(high / low), 1e-12)) if reach[k - 1] > 0.0 else 1.0
     return float(at[k - 1] + np.clip(part, 0.0, 1.0) * (at[k] - at[k - 1]))
 
 

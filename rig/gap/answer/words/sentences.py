@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from rig.channels import Channels
 from rig.gap.answer.chain import NAMES
 from rig.gap.answer.facts import RAW, Link, Verdict
+from rig.gap.answer.observations import USUAL
 from rig.gap.answer.result import Cause, Diagnosis, Interval, Observation
 from rig.gap.answer.words.compared import (
     FAR,
@@ -56,7 +57,7 @@ def answers(diagnosis: Diagnosis) -> dict[str, str]:
     if _named(diagnosis) or diagnosis.verdict is Verdict.UNKNOWN:
         told["What stays:"] = _stays(diagnosis)
     if beside := [one for one in diagnosis.observations if not (said_first and one.test.startswith(MONITOR))]:
-        told["Also seen:"] = "; ".join(_seen_beside(one, diagnosis.channels) for one in beside) + "."
+        told["Also seen:"] = "; ".join(_seen_beside(one, diagnosis) for one in beside) + "."
     told["Compared with:"] = reference(diagnosis)
     if diagnosis.causes:
         told["Where:"] = _where(diagnosis)
@@ -205,10 +206,13 @@ def _unknown(diagnosis: Diagnosis) -> str:
     return f"{what}{_seen(diagnosis)}, and {no_effect(diagnosis)} explains it.{nearest}"
 
 
-def _seen_beside(one: Observation, channels: Channels) -> str:
-    """A finding in the raw samples that is no cause of the gap, without a full stop."""
-    known = None if one.effect is None else on_the_rig(one.effect, channels)
+def _seen_beside(one: Observation, diagnosis: Diagnosis) -> str:
+    """A finding that is no cause of the gap, without a full stop."""
+    known = None if one.effect is None else on_the_rig(one.effect, diagnosis.channels)
     said = one.text if known is None or not one.parameters else known.says(dict(one.parameters))
+    if one.test == USUAL:
+        why = "as much of it as simulators usually lack of healthy rigs, and no cause of the gap"
+        return f"{said[:1].lower()}{said[1:]}".replace("{than}", than(diagnosis)) + f" ({why})"
     said = one.text if "{than}" in said else said
     return f"{said[:1].lower()}{said[1:]}" + ("" if one.effect is None else " (no cause of the gap)")
 
