@@ -32,7 +32,8 @@ EFFECTS = [(name, effect) for name in NAMES for effect in sorted(family(name).la
 def test_families_and_effects_that_are_not_there_are_named():
     with pytest.raises(
         RigError,
-        match=r"plant family 'piston': expected one of mckibben, fluidic, pleated, bellows, bundle, sleeve, airbeam",
+        match=r"plant family 'piston': expected one of mckibben, fluidic, pleated, bellows, bundle, sleeve, airbeam, "
+        r"diaphragm",
     ):
         unit("piston", 1)
     with pytest.raises(RigError, match=r"effect 'gremlins': family fluidic has backlash, "):
