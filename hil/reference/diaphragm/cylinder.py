@@ -22,6 +22,7 @@ ROLL_LENGTHS, ROLL_SHARES = (0.25, 1.0, 5.0), (0.4, 0.35, 0.25)
 POTS = 8
 POT_FIRST_S, POT_RATIO = 0.015, 4.0
 """Relaxation times of the rubber: the shortest, and from one to the next."""
+RUBBER_STATES = POTS + 1
 LEAST_DIAMETER_M = 0.012
 
 
@@ -90,7 +91,7 @@ def first_pot(order: float) -> float:
 @compiled
 def rubber_force(more: float, stroke_m: float, at: int, s: State, physics: Physics, dt_s: float) -> float:
     """Force (N) of the rubber of both diaphragms, and one step of its relaxing springs, of which `s` holds the other
-    ends (m)."""
+    ends (m); all those slower than POTS of them are one that stays."""
     order, total, time_s = physics.rubber_order, 0.0, POT_FIRST_S
     stiffness, less = (physics.rubber + more) * rig_stiffness(physics) * first_pot(order), math.pow(POT_RATIO, -order)
     for k in range(POTS):
@@ -99,4 +100,4 @@ def rubber_force(more: float, stroke_m: float, at: int, s: State, physics: Physi
         total -= stiffness * stretch
         stiffness *= less
         time_s *= POT_RATIO
-    return total
+    return total - stiffness / (1.0 - less) * (stroke_m - s[at + POTS])

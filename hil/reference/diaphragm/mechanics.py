@@ -10,7 +10,16 @@ import math
 
 from hil.reference.compiling import State, compiled
 from hil.reference.diaphragm.bearing import bearing_torque, damper_drag, slot_torque, stack_torque
-from hil.reference.diaphragm.cylinder import POTS, ROLLS, area, push, roll_force, roll_on, rubber_force, volume
+from hil.reference.diaphragm.cylinder import (
+    ROLLS,
+    RUBBER_STATES,
+    area,
+    push,
+    roll_force,
+    roll_on,
+    rubber_force,
+    volume,
+)
 from hil.reference.diaphragm.disturbance import RigLaw
 from hil.reference.diaphragm.physics import ATMOSPHERE_MPA, Physics
 from hil.reference.diaphragm.pneumatics import RIG_STATES
@@ -20,7 +29,7 @@ ANGLE, SPEED, BRISTLE, DWELT, BALL, BALL_SPEED = (RIG_STATES + k for k in range(
 """BALL: place in its tube, -1 to 1."""
 ROLLED = RIG_STATES + 6
 RUBBER = ROLLED + 2 * ROLLS
-STATES = RUBBER + POTS
+STATES = RUBBER + RUBBER_STATES
 
 BEHIND_M, LEAST_BEHIND = 0.040, 0.15
 """Length of the air behind a piston in the middle, and the least share of it."""
@@ -157,6 +166,6 @@ def rested(s: State, physics: Physics, rig: RigLaw) -> None:
     """The joint where it is, its diaphragms and rubber as after a long rest there."""
     for k in range(2 * ROLLS):
         s[ROLLED + k] = 0.0
-    for k in range(POTS):
+    for k in range(RUBBER_STATES):
         s[RUBBER + k] = stroke(s[ANGLE], physics)
     s[BALL] = math.copysign(1.0, rig.ball_rad - s[ANGLE])

@@ -27,7 +27,7 @@ def arrivals_s(n: int, period_s: float, law: TimingLaw, random: Generator) -> Ar
     """When each of n set-points, sent once a period, takes effect: shape (n,), never falling: a queue keeps their
     order. Waits follow the gamma law, as measured on networks (Bovy and others 2002)."""
     sent = np.arange(n) * period_s
-    if law.delay_shape <= 0.0:
+    if law.delay_s <= 0.0 or law.delay_shape <= 0.0:
         return np.asarray(sent + WRITE_S + law.delay_s)
     waits = random.gamma(law.delay_shape, QUEUED * law.delay_s / law.delay_shape, n)
     arrival_s = np.maximum.accumulate(sent + waits)
