@@ -40,7 +40,7 @@ def extrapolated(p_mpa: Array, period_s: float, gateway_s: float) -> Array:
     t = np.arange(len(p_mpa)) * period_s
     heard = np.floor(t / gateway_s) * gateway_s
     last, before = np.interp(heard, t, p_mpa), np.interp(heard - gateway_s, t, p_mpa)
-    return np.clip(last + (last - before) * (t - heard) / gateway_s, LEAST_MPA, MOST_MPA)
+    return np.asarray(np.clip(last + (last - before) * (t - heard) / gateway_s, LEAST_MPA, MOST_MPA))
 
 
 def set_points(
@@ -73,7 +73,7 @@ def stamped(columns: Array, period_s: float, law: TimingLaw) -> Array:
     """Readings, shape (m, n), by a clock that is fast by `clock_rate` in the mean, resampled linearly."""
     if law.clock_rate == 0.0:
         return columns
-    t = np.arange(columns.shape[1]) * period_s
+    t = np.arange(columns.shape[1], dtype=np.float64) * period_s
     return read_off(columns, period_s, law.clock_rate * aged_s(t, law.clock_ages_s))
 
 
