@@ -153,7 +153,7 @@ def judge(
     fits = {fit.effect.name: fit for fit in found if fit is not None and np.isfinite(fit.log_evidence)}
     gap, expected = plain.factor.gap_lines, plain.factor.healthy
     bare = expected.log_density(gap) + forward.odds.none + healthy
-    none = nothing(bare, fits, forward.usual, forward.prior)
+    none = nothing(bare, fits, acting(effects, problem), forward.usual)
     logs = {
         NONE: none.log_evidence,
         UNKNOWN: log_unknown(plain, expected, gap) + forward.odds.unknown,
@@ -162,6 +162,11 @@ def judge(
     logs |= {name: _with_unknown(fit, odds[name]) for name, fit in fits.items()}
     probability, total = _normalised(parted(logs, said))
     return Posterior(problem, plain, probability, fits, odds, total, usual=none.usual)
+
+
+def acting(effects: Sequence[Effect], problem: InverseProblem) -> int:
+    """How many effects can show on a factor."""
+    return sum(any(problem.shows(law) for law in effect.laws) for effect in effects)
 
 
 def parted(logs: Mapping[str, float], said: Mapping[str, float]) -> dict[str, float]:

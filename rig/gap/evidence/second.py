@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from rig.gap.evidence.posterior import LEAST_CHANCE, Posterior, judge
+from rig.gap.evidence.posterior import LEAST_CHANCE, Posterior, acting, judge
 from rig.gap.evidence.usual_shares import Usual, log_usual
 from rig.gap.hypotheses.fit import Fit, refit
 from rig.gap.hypotheses.given import forward_given, problem_given
@@ -47,7 +47,8 @@ def with_second(effects: Sequence[Effect], alone: Posterior, said: Mapping[str, 
         others = [effect for effect in effects if effect.name != first.effect.name]
         second = judge(others, problem_given(alone.problem, first), said)
         told = said.get(first.effect.name, 0.0) + said.get(second.best, 0.0)
-        pairs += [replace(two, log_evidence=two.log_evidence + told) for two in _explanations(first, second)]
+        choices = acting(effects, alone.problem)
+        pairs += [replace(two, log_evidence=two.log_evidence + told) for two in _explanations(first, second, choices)]
     if not pairs:
         return (alone,)
     best = max(pairs, key=lambda two: two.log_evidence)
@@ -56,11 +57,11 @@ def with_second(effects: Sequence[Effect], alone: Posterior, said: Mapping[str, 
     return _told(alone, best, pairs)
 
 
-def _explanations(first: Fit, second: Posterior) -> Iterator[_Two]:
-    """By two effects: both a gap, or one of them as large as is usual of a simulator."""
+def _explanations(first: Fit, second: Posterior, effects: int) -> Iterator[_Two]:
+    """By two of so many effects: both a gap, or one of them as large as is usual of a simulator."""
     prior, shares = first.forward.prior, first.forward.usual
     if second.fit is not None and second.beside <= EVEN_CHANCE:
-        beside, usual = second.fit.log_evidence, log_usual(first, len(second.fits) + 1, shares, prior)
+        beside, usual = second.fit.log_evidence, log_usual(first, effects, shares)
         yield _Two(_of_both(first, beside + prior.log_beside), first, second)
         if math.isfinite(usual):
             yield _Two(_of_both(first, beside + usual), first, second, first.effect.name)

@@ -33,9 +33,10 @@ class Nothing:
     """What is likeliest to be there at a usual size, where that is likelier than that nothing is."""
 
 
-def nothing(log_bare: float, fits: Mapping[str, Fit], shares: UsualShares | None, prior: Prior) -> Nothing:
-    """That nothing acts, where it has this log evidence with nothing usual either, its prior odds included."""
-    logs = {name: fit.log_evidence + log_usual(fit, len(fits), shares, prior) for name, fit in fits.items()}
+def nothing(log_bare: float, fits: Mapping[str, Fit], effects: int, shares: UsualShares | None) -> Nothing:
+    """That nothing acts, where it has this log evidence with nothing usual either, its prior odds included, and so many
+    effects could be a gap."""
+    logs = {name: fit.log_evidence + log_usual(fit, effects, shares) for name, fit in fits.items()}
     total = float(np.logaddexp.reduce([log_bare, *logs.values()]))
     likeliest = max(logs, key=lambda name: logs[name], default="")
     if not likeliest or logs[likeliest] <= log_bare:
@@ -43,10 +44,10 @@ def nothing(log_bare: float, fits: Mapping[str, Fit], shares: UsualShares | None
     return Nothing(total, Usual(likeliest, math.exp(logs[likeliest] - total)))
 
 
-def log_usual(fit: Fit, effects: int, shares: UsualShares | None, prior: Prior) -> float:
+def log_usual(fit: Fit, effects: int, shares: UsualShares | None) -> float:
     """ln of how much likelier it is beforehand that an effect is there at a usual size than that it is a gap of that
     size, as one of so many effects."""
-    return -math.inf if shares is None else _log_usual(fit.effect.name, fit.share, effects, shares, prior)
+    return -math.inf if shares is None else _log_usual(fit.effect.name, fit.share, effects, shares, fit.forward.prior)
 
 
 def _log_usual(name: str, share: float, effects: int, shares: UsualShares, prior: Prior) -> float:

@@ -18,7 +18,7 @@ from rig.gap.evidence.usual_shares import nothing
 from rig.gap.hypotheses.library import NONE
 from rig.gap.pipeline import Question, weigh
 from rig.gap.reference.build import Kind
-from rig.gap.settings import Fitted, Prior, UsualShares, fitted
+from rig.gap.settings import Fitted, UsualShares, fitted
 from rig.gap.usual import Factors, Shown, fit_usual
 from rig.model.parameters import AddedEffect
 
@@ -76,7 +76,7 @@ def test_beside_another_cause_what_is_usual_is_no_second_one() -> None:
 
 
 def test_without_anything_usual_nothing_is_as_likely_as_it_was() -> None:
-    assert nothing(3.0, {}, None, Prior()).log_evidence == 3.0
+    assert nothing(3.0, {}, 5, None).log_evidence == 3.0
     (healthy,) = pressures(HOLD)
     assert healthy.best == NONE
     assert healthy.usual is None
