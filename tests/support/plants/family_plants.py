@@ -2,7 +2,6 @@
 
 import pytest
 
-from hil.reference.families import unit
 from hil.reference.names import NAMES
 
 
@@ -13,4 +12,6 @@ def build(request: pytest.FixtureRequest) -> str:
 
 @pytest.fixture(scope="module")
 def plant(build):
+    from hil.reference.families import unit  # every pytest loads this file, and these are compiled
+
     return unit(build, 3)

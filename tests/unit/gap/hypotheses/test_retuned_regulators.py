@@ -5,7 +5,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scipy.stats import t as student
 from support.plants.gap_rigs import model, session
 
 from rig.gap.diagnosis import diagnose_with_grounds
@@ -110,6 +109,8 @@ def test_a_law_that_leaves_more_than_it_changes_does_not_stand_for_what_a_simula
 
 def test_what_a_simulator_misses_may_be_more_on_this_build_than_is_usual() -> None:
     """Of a rig without any gap: less than usual is as it is, and the more, the more unlikely a build."""
+    from scipy.stats import t as student  # two thirds of a second to import
+
     factor, spread = forward(session(85)).factor, BuildSpread(0.3, 4.0)
     own = factor.healthy.chi_square(factor.gap_lines) / 5.0  # a healthy record of a quarter of the effective lines
     levels = []

@@ -8,7 +8,6 @@ import pytest
 from conftest import ROOT
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scipy.stats import multivariate_normal
 
 from rig.app.gap.baselines import logs_of_model, read_days
 from rig.errors import ConfigError, RigError
@@ -41,6 +40,8 @@ def test_woodbury_is_the_dense_solve(seed: int, lines: int, patterns: int) -> No
 
 def normal_density(expected: Gaussian, residual: Column, factor: float = 1.0) -> float:
     """ln p of a residual where the level is known, and the patterns of days are `factor` times as large."""
+    from scipy.stats import multivariate_normal  # two thirds of a second to import
+
     patterns = expected.patterns * np.where(np.arange(expected.patterns.shape[1]) < expected.between_days, factor, 1.0)
     dense = np.diag(expected.variance) + patterns @ patterns.T
     return float(multivariate_normal(np.zeros(len(residual)), dense).logpdf(residual))
