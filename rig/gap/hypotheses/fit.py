@@ -6,8 +6,9 @@ how residuals are judged is the factor's (`rig.gap.reference.expectation`).
 """
 
 from collections import Counter
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from operator import itemgetter
 
 import numpy as np
 
@@ -182,21 +183,20 @@ def fit_effect(
 
 def fit_law(effect: Effect, law: Law, forward: ForwardModel, screening: ForwardModel) -> Fit | None:
     """Scan the law's grid on few records (`screening`), go on from its best point on the whole one."""
-    first, whole = _Trial(law, screening), _Trial(law, forward)
-    best: tuple[float, Column, dict[str, float]] | None = None
+    whole = _Trial(law, forward)
+    first = whole if screening is forward else _Trial(law, screening)
     unit = forward.scales[law.scale]
+    tried: list[tuple[Column, dict[str, float]]] = []
     for shape in law.shapes_in(forward.scales):
         fixed = {name: value for name, value in shape.items() if name not in law.free}
-        for size in (sign * size * unit for sign in law.signs for size in law.grid):
-            if not first.low[0] <= size <= first.high[0]:
-                continue
-            x = np.array([size, *(shape.get(name, first.neutral(name)) for name in law.free[1:])])
-            cost = first.cost(x, fixed)
-            if np.isfinite(cost) and (best is None or cost < best[0]):
-                best = (cost, x, fixed)
+        shapes = [shape.get(name, first.neutral(name)) for name in law.free[1:]]
+        sizes = (sign * size * unit for sign in law.signs for size in law.grid)
+        tried += [(np.array([size, *shapes]), fixed) for size in sizes if first.low[0] <= size <= first.high[0]]
+    weighed = zip(first.costs(tried), tried, strict=True)
+    best = min((one for one in weighed if np.isfinite(one[0])), key=itemgetter(0), default=None)
     if best is None:
         return None
-    _, start, fixed = best
+    start, fixed = best[1]
     fit = descend(whole.weighing(fixed), start, whole.low, whole.high, FIT_STEPS)
     if not np.isfinite(fit.cost):
         return None
@@ -310,9 +310,17 @@ class _Trial:
     def weighing(self, fixed: Mapping[str, float]) -> Callable[[Column], Column]:
         return lambda x: self.weighed(x, fixed)
 
-    def cost(self, x: Column, fixed: Mapping[str, float]) -> float:
-        residual = self.residual(x, fixed)
-        return self.forward.factor.healthy.chi_square(residual) if np.isfinite(residual).all() else np.inf
+    def costs(self, tried: Sequence[tuple[Column, Mapping[str, float]]]) -> list[float]:
+        """Chi-square of what the law leaves with each of these free and fixed numbers, not finite where it runs away:
+        what it changes becomes lines in one go."""
+        changes = [self.forward.changed_by(self.applied(x, fixed)) for x, fixed in tried]
+        stays = [bool(np.max(np.abs(change)) < RUNS_AWAY) for change in changes]
+        if not any(stays):
+            return [np.inf] * len(tried)
+        columns = np.column_stack([change for change, stay in zip(changes, stays, strict=True) if stay])
+        moved = iter(self.forward.factor.lines.of(columns).T)
+        healthy = self.forward.factor.healthy
+        return [healthy.chi_square(self._gap - next(moved)) if stay else np.inf for stay in stays]
 
     def judged(self, effect: Effect, x: Column, fixed: Mapping[str, float], jacobian: Column, cost: float) -> Fit:
         """Laplace's evidence at the optimum, the law's usual error included."""
