@@ -22,7 +22,7 @@ from rig.errors import RigError
 from rig.gap import settings
 from rig.gap.answer.facts import Verdict
 from rig.gap.diagnosis import diagnose_with_grounds
-from rig.gap.settings import BuildSpread, FactorLevels, Fitted, Levels, Odds, Prior, fitted
+from rig.gap.settings import BuildSpread, FactorLevels, Fitted, Levels, Odds, Prior, UsualShares, fitted
 from rig.model.parameters import Model
 from rig.parallel import each, executor
 from rig.record import Record
@@ -118,6 +118,8 @@ def _priors() -> Iterator[DecidingNumber]:
     yield from (
         DecidingNumber(PRIORS, f"builds.{field.name}", getattr(builds, field.name)) for field in fields(BuildSpread)
     )
+    usual = next(levels.usual for levels in priors.levels.values() if levels.usual is not None)
+    yield from (DecidingNumber(PRIORS, f"usual.{effect}", scale) for effect, scale in usual.scales.items())
     yield DecidingNumber(PRIORS, "commanded_floor", next(iter(priors.levels.values())).commanded_floor)
 
 
@@ -163,6 +165,10 @@ def _moved_levels(levels: Levels, part: str, name: str, factor: float) -> Levels
     if part == "builds":
         was = levels.builds
         return levels if was is None else replace(levels, builds=replace(was, **{name: getattr(was, name) * factor}))
+    if part == "usual":
+        scales = {} if levels.usual is None else dict(levels.usual.scales)
+        moved = {effect: scale * factor if effect == name else scale for effect, scale in scales.items()}
+        return levels if levels.usual is None else replace(levels, usual=UsualShares(moved))
     if part == "odds":
         return replace(levels, odds=replace(levels.odds, **{name: getattr(levels.odds, name) * factor}))
     mine: FactorLevels = getattr(levels, part)

@@ -53,6 +53,17 @@ def test_a_level_is_moved_in_every_reference_and_nothing_else() -> None:
     assert one == replace(known, prior=replace(known.prior, degrees=0.5 * known.prior.degrees))
 
 
+def test_what_is_usual_of_a_simulator_is_moved_effect_by_effect() -> None:
+    known = fitted()
+    moved = moved_priors(known, DecidingNumber(sensitivity.PRIORS, "usual.inertia", 0.0), 0.5)
+    for name, levels in known.levels.items():
+        was, now = levels.usual, moved.levels[name].usual
+        assert (was is None) is (now is None)
+        if was is not None and now is not None:
+            halved = {"inertia": 0.5 * was.scales["inertia"]}
+            assert now.scales == {**was.scales, **halved}
+
+
 def test_numbers_under_names_in_capitals_are_counted(tmp_path: Path) -> None:
     text = '"""A file."""\nA = 1.0\nB, C = 2, 3.5\nD: float = 4\nE = {"x": (5, 6)}\nlow = 7\nF = True\n'
     (tmp_path / "some.py").write_text(text, encoding="utf-8")
