@@ -68,11 +68,13 @@ class ParameterMove:
     high: float
     """95 % interval of `after`."""
     unit: str
+    share: float = 0.0
+    """The part that goes with it of all that re-tuning closes (mean square); below zero where it opens some."""
 
     def to_json(self) -> dict[str, Any]:
         return {
             "name": self.name, "from": self.before, "to": self.after, "low": self.low, "high": self.high,
-            "unit": self.unit
+            "unit": self.unit, "share": self.share
         }  # fmt: skip
 
 
@@ -84,10 +86,13 @@ class Retuning:
     after_deg: float
     """Rms of the simulator's error on records, or on the half of a single one, that the fit had not seen."""
     moved: tuple[ParameterMove, ...]
-    """Parameters that plainly moved, those that matter most first."""
+    """Parameters that plainly moved, those that close most first."""
     looks_like: tuple[str, ...] = ()
     """Effects of the angle that a fit of these parameters absorbs in the same way: where it closes the gap, any of
     them may be what is there."""
+    muscles: float = 0.0
+    """The part of all that re-tuning closes that goes with the muscles' own curve and loop, whose numbers say nothing
+    one by one."""
 
     @property
     def closes_fraction(self) -> float:
@@ -101,6 +106,7 @@ class Retuning:
             "after_deg": self.after_deg,
             "parameters": [one.to_json() for one in self.moved],
             "looks_like": list(self.looks_like),
+            "muscles_share": self.muscles,
         }
 
 

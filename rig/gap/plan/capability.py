@@ -8,6 +8,7 @@ from functools import cache
 import numpy as np
 from scipy.special import ndtri
 
+from rig.gap.evidence.posterior import acting
 from rig.gap.evidence.usual_shares import least_gap_share
 from rig.gap.hypotheses.inverse_problems import InverseProblem
 from rig.gap.hypotheses.library import Effect, Law
@@ -69,7 +70,7 @@ def capability(expected: Expected, effects: Sequence[Effect], settings: Fitted) 
         owners = [one.effect.name for one in directions]
         between = by_effect(apart, owners)
         blocks.append(([owners[k] for k in first_of_each(owners)], between))
-        abilities.extend(_abilities(problem, directions, between, len(fitting)))
+        abilities.extend(_abilities(problem, directions, between, fitting))
     needed = named_separation(settings.prior)
     names, matrix = _joined(blocks)
     pairs = _confusable(names, matrix, needed)
@@ -112,17 +113,17 @@ def first_of_each(names: Sequence[str]) -> list[int]:
 
 
 def _abilities(
-    problem: InverseProblem, directions: Sequence[Direction], between: Column, effects: int
+    problem: InverseProblem, directions: Sequence[Direction], between: Column, effects: Sequence[Effect]
 ) -> list[Ability]:
-    prior = problem.forward.prior
+    prior, choices = problem.forward.prior, acting(effects, problem)
     firsts = [directions[k] for k in first_of_each([one.effect.name for one in directions])]
     found = []
     for i, first in enumerate(firsts):
         others = [j for j in range(len(firsts)) if j != i]
         nearest = min(others, key=lambda j: between[i, j]) if others else None
         share = 1.0 if nearest is None else between[i, nearest] / max(between[i, i], 1e-12)
-        seen = seen_separation(prior, problem.forward.odds, first.choices, effects)
-        least = least_gap_share(first.effect.name, effects, problem.forward.usual, prior)
+        seen = seen_separation(prior, problem.forward.odds, first.choices, len(effects))
+        least = least_gap_share(first.effect.name, choices, problem.forward.usual, prior)
         detectable = _size_at(problem, first, seen, least)
         nameable = _size_at(problem, first, max(seen, named_separation(prior) / max(share, 1e-9)), least)
         rival = None if nearest is None else firsts[nearest].effect.name

@@ -97,11 +97,12 @@ def retune(
     scales = np.array([_scale(model.stages()[slot].parameters[name], name) for slot, name in names])
     start = np.array([model.stages()[slot].parameters[name].value for slot, name in names])
     errors = _Errors(model, names, start, scales, pairs, pressures)
-    before = errors.angle_ms(errors.weighed(np.zeros(len(names))))
+    as_it_is = errors.weighed(np.zeros(len(names)))
+    before = errors.angle_ms(as_it_is)
     if not np.isfinite(before).all():
         return None
     fit, spread, held = _cross_fitted(errors, len(names))
-    x, after = fit.x, errors.angle_ms(held)
+    x, after, shares = fit.x, errors.angle_ms(held), _shares(as_it_is, fit, errors.of_angle)
     moved = [
         ParameterMove(
             name if slot == "valve" else f"{slot}_{name}",
@@ -110,6 +111,7 @@ def retune(
             float(start[k] + scales[k] * (x[k] - NORMAL_95 * spread[k])),
             float(start[k] + scales[k] * (x[k] + NORMAL_95 * spread[k])),
             model.stages()[slot].parameters[name].unit,
+            float(shares[k]),
         )
         for k, (slot, name) in enumerate(names)
         if abs(x[k]) > max(PLAIN * spread[k], LEAST_MOVE) and slot != "muscle" and after.mean() < USEFUL * before.mean()
@@ -117,8 +119,9 @@ def retune(
     retuning = Retuning(
         float(np.sqrt(before.mean())),
         float(np.sqrt(after.mean())),
-        tuple(sorted(moved, key=lambda one: -abs(one.after - one.before) / max(one.high - one.low, 1e-12))),
+        tuple(sorted(moved, key=lambda one: -one.share)),
         _alike(errors, fit, len(names), changes or {}),
+        float(sum(shares[k] for k, (slot, _) in enumerate(names) if slot == "muscle")),
     )
     return Refit(_with(model, names, start + scales * x), retuning)
 
@@ -147,6 +150,17 @@ def _alike(errors: "_Errors", fit: Descent, count: int, changes: Mapping[str, Co
         if share >= ALIKE and same > 0.0 and same**2 >= ALIKE:
             found[name] = same
     return tuple(sorted(found, key=lambda name: -found[name]))
+
+
+def _shares(before: Column, fit: Descent, of_angle: Column) -> Column:
+    """(k,) the part of what a fit closes of the angle's mean square that goes with each move, by the errors `before` it
+    (r,): |a|^2 - |b|^2 = (a + b)(a - b) for errors a and b, and a - b is a sum over the moves. Zeros where it closes
+    nothing."""
+    rows = len(before)
+    both = (before + fit.residual[:rows]) * of_angle
+    closed: Column = -(both @ (fit.jacobian[:rows] * fit.x))
+    total = float(closed.sum())
+    return closed / total if total > 0.0 else np.zeros_like(closed)
 
 
 def _scale(parameter: Parameter, name: str) -> float:

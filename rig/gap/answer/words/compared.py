@@ -2,7 +2,7 @@
 
 from rig.gap.answer.facts import ABSORBED_SHARE, Retuning
 from rig.gap.answer.result import Diagnosis, Interval
-from rig.gap.answer.words.sizes import degrees, size
+from rig.gap.answer.words.sizes import degrees, percent, size
 from rig.gap.raw_tests.signature import MONITOR
 from rig.gap.reference.kinds import Kind
 from rig.gap.settings import ABOVE_FLOOR
@@ -18,6 +18,8 @@ SOURCES = {
 FAR = 3.0
 """Floors by which a model must miss the healthy rig for that to be worth a line; and from which on a gap is not called
 small, whatever is found."""
+LEAST_TOLD = 0.05
+"""Part of what re-tuning closes from which on a number is told behind a move. Less: numbers that nobody needs."""
 FEW = 4
 """Effects that are named in a sentence; of more their number is enough."""
 
@@ -75,14 +77,18 @@ def absorbed(diagnosis: Diagnosis) -> bool:
 
 
 def moves(tuning: Retuning) -> list[str]:
-    """Each parameter's move; without those too small to be seen in the digits that a person is told."""
+    """What moves as the simulator is fitted again, what closes most first: each parameter, without those whose move is
+    too small to be seen in the digits that a person is told, and the muscles' curve as a whole."""
     told = []
     for one in tuning.moved:
         half = 0.5 * (one.high - one.low)
         here = size(Interval(one.before, one.before - half, one.before + half, one.unit), signed=True)
         there = size(Interval(one.after, one.low, one.high, one.unit), signed=True)
-        told += [] if here == there else [f"{one.name} goes from {here} to {there}"]
-    return told
+        told += [] if here == there else [(one.share, f"{one.name} goes from {here} to {there}")]
+    if tuning.muscles >= LEAST_TOLD:
+        told.append((tuning.muscles, "the muscles' own curve and loop change"))
+    ordered = sorted(told, key=lambda line: -line[0])
+    return [f"{text} ({percent(share)} of that)" if share >= LEAST_TOLD else text for share, text in ordered]
 
 
 def nothing(diagnosis: Diagnosis) -> str:
@@ -126,7 +132,7 @@ def _its_own(diagnosis: Diagnosis, tuning: Retuning) -> str:
     return (
         f"The simulator is {degrees(gap.rms_deg)} deg off (rms), and its own parameters explain that: fitted to these "
         f"records again, it is {degrees(tuning.after_deg)} deg off, and no effect that it lacks is needed. "
-        f"What moves most plainly: {moves(tuning)[0]}. Whether the rig is built so, or something acts on it that looks "
+        f"What closes most of it: {moves(tuning)[0]}. Whether the rig is built so, or something acts on it that looks "
         f"the same (Re-tuning, below), these records do not tell; {degrees(gap.floor_deg)} deg is "
         f"{SOURCES[gap.floor_source]}."
     )

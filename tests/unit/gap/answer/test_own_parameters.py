@@ -1,11 +1,18 @@
 """What a simulator's own parameters explain is said in the first line, and not that nothing was found."""
 
+from dataclasses import replace
+
 import pytest
+from support.plants.gap_rigs import model, session
 
 from rig.gap.answer.facts import Evidence, Gap, Judged, ParameterMove, RecordGap, Retuning, Verdict, Where
+from rig.gap.answer.how_far.retuning import retune
 from rig.gap.answer.result import Diagnosis
+from rig.gap.answer.words.compared import moves
 from rig.gap.answer.words.sentences import headline
+from rig.gap.records.pairs import pair_up
 from rig.gap.reference.build import Kind
+from rig.model.parameters import Model, Parameter, StageKind, StageModel
 
 ZERO = ParameterMove("sensor_offset_deg", 0.2, 6.1, 5.8, 6.4, "deg")
 
@@ -27,7 +34,7 @@ def test_what_moved_stands_in_the_first_line(rms_deg: float) -> None:
     said = first_line(Retuning(rms_deg, 1.4, (ZERO,)), rms_deg)
     assert said.startswith(
         f"The simulator is {rms_deg} deg off (rms), and its own parameters explain that: fitted to these records "
-        "again, it is 1.4 deg off, and no effect that it lacks is needed. What moves most plainly: sensor_offset_deg "
+        "again, it is 1.4 deg off, and no effect that it lacks is needed. What closes most of it: sensor_offset_deg "
         "goes from 0.2 deg to 6.1 deg."
     )
     assert "these records do not tell; 3.0 deg is what a simulator usually misses of another rig" in said
@@ -45,3 +52,46 @@ def test_what_moved_stands_in_the_first_line(rms_deg: float) -> None:
 )
 def test_else_the_line_is_about_what_is_usual(tuning: Retuning | None, rms_deg: float) -> None:
     assert first_line(tuning, rms_deg).startswith("The simulator says what these records show")
+
+
+def test_what_closes_most_comes_first_and_the_muscles_count_as_one() -> None:
+    lag = ParameterMove("valve1_tau_s", 0.04, 0.05, 0.0495, 0.0505, "s", 0.3)
+    zero = replace(ZERO, share=0.02)
+    told = moves(Retuning(6.2, 1.4, (zero, lag), muscles=0.68))
+    assert told == [
+        "the muscles' own curve and loop change (68 % of that)",
+        "valve1_tau_s goes from 40 ms to 50 ms (30 % of that)",
+        "sensor_offset_deg goes from 0.2 deg to 6.1 deg",
+    ]
+    said = first_line(Retuning(6.2, 1.4, (), muscles=0.9), 6.2)
+    assert "What closes most of it: the muscles' own curve and loop change (90 % of that)." in said
+
+
+def mounted(zero_deg: float) -> Model:
+    """The rig's simulator with another zero of the sensor."""
+    zero = {"gain": Parameter(1.0), "offset_deg": Parameter(zero_deg, "deg", -40.0, 40.0, free=True)}
+    return replace(model(), sensor=StageModel(StageKind.AFFINE, zero))
+
+
+def with_other_muscles(times: float) -> Model:
+    """The rig's simulator whose muscles answer so many times as much."""
+    own = model().muscle
+    changed = {
+        name: replace(one, value=times * one.value) for name in ("phi1", "phi2") if (one := own.parameters[name])
+    }
+    return replace(model(), muscle=replace(own, parameters={**own.parameters, **changed}))
+
+
+def refitted(other: Model) -> Retuning:
+    found = retune(other, pair_up(session(78), [], other.p0_mpa).pairs, True)
+    assert found is not None
+    return found.retuning
+
+
+def test_a_zero_that_is_off_closes_all_of_it_and_muscles_that_are_close_it_together() -> None:
+    zero, weak = refitted(mounted(3.0)), refitted(with_other_muscles(0.7))
+    assert zero.moved[0].name == "sensor_offset_deg"
+    assert zero.moved[0].share > 0.9
+    assert abs(zero.muscles) < 0.1
+    assert weak.muscles > 0.6
+    assert sum(one.share for one in weak.moved) < 0.4

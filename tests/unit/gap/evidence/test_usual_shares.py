@@ -14,10 +14,12 @@ from rig.gap.answer.observations import USUAL
 from rig.gap.answer.words.sentences import answers
 from rig.gap.diagnosis import diagnose_with_grounds
 from rig.gap.evidence.posterior import Posterior
-from rig.gap.evidence.usual_shares import nothing
-from rig.gap.hypotheses.library import NONE
+from rig.gap.evidence.usual_shares import least_gap_share, nothing
+from rig.gap.hypotheses.library import NONE, chosen
 from rig.gap.pipeline import Question, weigh
-from rig.gap.reference.build import Kind
+from rig.gap.plan.capability import capability
+from rig.gap.records.pairs import pair_up
+from rig.gap.reference.build import Kind, expect
 from rig.gap.settings import Fitted, UsualShares, fitted
 from rig.gap.usual import Factors, Shown, fit_usual
 from rig.model.parameters import AddedEffect
@@ -115,3 +117,27 @@ def test_the_scale_of_what_healthy_rigs_show_is_found_again() -> None:
 def test_where_no_healthy_rig_shows_anything_nothing_is_usual() -> None:
     quiet: list[list[Factors]] = [[({"delay": Shown(-4.0, 0.01)}, {"inertia": Shown(-3.0, 0.02)})]] * 5
     assert fit_usual(quiet, fitted().prior) is None
+
+
+def test_a_size_that_is_usual_is_none_that_a_rig_can_tell() -> None:
+    """What `gap capability` says can be seen is no smaller than what is usual, and just as large where nothing is."""
+    expected = expect(Kind.SIMULATOR, False, model(), pair_up(session(61), [], model().p0_mpa))
+    effects = [effect for effect in chosen(None) if effect.name in FEW]
+
+    def detectable(usual: UsualShares | None) -> dict[str, float | None]:
+        return {one.effect: one.detectable for one in capability(expected, effects, settings(usual)).abilities}
+
+    bare, usual = detectable(None), detectable(HOLD)
+    hold, held_back = bare.pop("valve_dead_band"), usual.pop("valve_dead_band")
+    assert hold is not None
+    assert held_back is not None
+    assert held_back > 1.5 * hold
+    assert usual == bare
+
+
+@pytest.mark.parametrize("effects", [5, 12])
+def test_from_its_least_share_on_an_effect_is_a_gap(effects: int) -> None:
+    least = least_gap_share("valve_dead_band", effects, HOLD, fitted().prior)
+    assert 2.0 < least / HOLD.scales["valve_dead_band"] < 5.0
+    assert least_gap_share("delay", effects, HOLD, fitted().prior) == 0.0
+    assert least_gap_share("delay", effects, None, fitted().prior) == 0.0
