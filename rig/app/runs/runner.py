@@ -94,7 +94,7 @@ def _run(
     outcome: RunOutcome,
 ) -> None:
     try:
-        session.open([planned.program for planned in runs], scripted=True)
+        session.open([planned.program for planned in runs], scripted=True, meanwhile=operator.check)
         outcome.realtime = session.facts["realtime"]
         check_realtime(rig, outcome.realtime, options.force)
         announce(session.facts["device"])
@@ -166,6 +166,11 @@ class _Operator:
         self._session = session
         if self.asked_to_stop:
             session.mailbox.stop()
+
+    def check(self) -> None:
+        """RigError once he has asked: a device that does not answer is not waited for any more."""
+        if self.asked_to_stop:
+            raise RigError("interrupted")
 
     def signalled(self, number: int) -> None:
         again, self.asked_to_stop = self.asked_to_stop, True

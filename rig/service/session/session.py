@@ -136,8 +136,16 @@ class Session:
     def __exit__(self, *_: object) -> None:
         self.close()
 
-    def open(self, programs: Sequence[Program] = (), *, scripted: bool = False) -> None:
-        """Start the processes and wait until the loop has its device open. DeviceError or RigError when it cannot."""
+    def open(
+        self, programs: Sequence[Program] = (), *, scripted: bool = False, meanwhile: Callable[[], None] = lambda: None
+    ) -> None:
+        """Start the processes and wait until the loop has its device open. DeviceError or RigError when it cannot.
+        `meanwhile` is called ten times a second; what it raises ends the waiting: a device may take half a minute."""
+
+        def look() -> None:
+            self.beat()
+            meanwhile()
+
         for program in programs:
             self.publish(program)
         self._start_recorder()
@@ -152,8 +160,8 @@ class Session:
         self._loop_pipe = ours
         if self._watching is not None and self.loop.pid is not None:
             self.watchers.start(self._watching.entry, self.loop.pid, self._watching.writers)
-        self.facts = await_ready(ours, self.loop, "loop", self.beat)
-        self.facts |= self.watchers.await_ready(self.beat)
+        self.facts = await_ready(ours, self.loop, "loop", look)
+        self.facts |= self.watchers.await_ready(look)
         assert self.recorder is not None
         self.watch = ProcessWatch(
             self.ring, self.mailbox, self.watchers, self.loop, self.recorder,

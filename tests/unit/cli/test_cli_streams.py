@@ -75,6 +75,28 @@ main()
     assert done.stderr.strip() in ("", "pamrig: interrupted")
 
 
+def test_ctrl_c_before_anything_of_pamrig_is_imported_is_no_traceback() -> None:
+    """What main.py imported first took some ten milliseconds, in which Python's own answer was a traceback."""
+    code = """
+import os, signal, sys
+
+class Striking:
+    def find_spec(self, name, path=None, target=None):
+        if name in ("atexit", "threading", "time", "rig.cli.ctrl_c"):
+            os.kill(os.getpid(), signal.SIGINT)
+
+for name in ("atexit", "threading", "time"):  # a plain interpreter has not imported them yet
+    sys.modules.pop(name, None)
+signal.signal(signal.SIGINT, signal.default_int_handler)  # whoever runs the tests may have had it ignored
+sys.meta_path.insert(0, Striking())
+from rig.cli.main import main
+sys.argv = ["pamrig", "completion", "bash"]
+main()
+"""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60, check=False)
+    assert (done.returncode, done.stderr) == (130, "")
+
+
 DIES = """
     class Dying:
         def __del__(self):

@@ -1,6 +1,7 @@
 """Carrying out runs, seen from inside: permission, refusal, judging the outcome, and the operator's keys."""
 
 import functools
+import itertools
 import os
 import signal
 import sys
@@ -326,3 +327,25 @@ def test_a_recorder_that_died_while_nobody_could_look_is_told_too(
         compose.load(None), [Planned("a", program())], RunOptions(tmp_path / "out", virtual=True)
     )
     assert "RECORDER_DIED" in ends(outcome)
+
+
+def loop_whose_device_does_not_answer(_: LoopSetup, pipe: Connection) -> None:
+    pipe.poll(None)  # until whoever waits for it is gone
+
+
+def test_ctrl_c_while_a_device_does_not_answer_is_not_waited_with(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It was heard when the device had answered or not: up to half a minute, without a word."""
+    monkeypatch.setattr(runner, "loop_process", loop_whose_device_does_not_answer)
+    looks = itertools.count()
+
+    def beat(session: Session) -> None:
+        if (look := next(looks)) == 1:
+            os.kill(os.getpid(), signal.SIGINT)
+        assert look < 20, "it waits on"
+
+    monkeypatch.setattr(Session, "beat", beat)
+    said = "^interrupted before the rig was driven; the loop never ticked, and nothing was written to the rig$"
+    with pytest.raises(Interrupted, match=said):
+        runner.carry_out(compose.load(None), [Planned("a", program())], RunOptions(tmp_path / "out"))
