@@ -65,6 +65,8 @@ class ItvLink:
         unheard = self._was_up or self._settings.rescue
         for _ in range(1 if unheard else _HELLOS):
             try:
+                if self._dirty:
+                    self._quieten()
                 self._monitor()
             except DeviceLost:
                 raise
@@ -139,7 +141,14 @@ class ItvLink:
             asked_ns = time.monotonic_ns()
             if self._codec.dialect.echo:
                 self._read_line(command, wire_s)
-            return (self._read_line(None, wire_s) if answered else b""), asked_ns
+            reply = self._read_line(None, wire_s) if answered else b""
+            if reply and command.startswith(reply) and not self._codec.dialect.echo:
+                self._dirty = True
+                raise DeviceError(
+                    f"{self._where}: the command {reply!r} came back: regulator or adapter echo; switch that off, or "
+                    "set `echo: true` in the dialect"
+                )
+            return reply, asked_ns
         except serial.SerialTimeoutException:
             self._dirty = True
             raise DeviceError(f"{self._where}: the port takes no more bytes") from None

@@ -99,7 +99,7 @@ class ModbusLink:
         try:
             if self._blind and numbers is None:
                 stations = self._see_again(stations)
-            done = self._round(stations, numbers, fresh)
+            done = self._round(stations, numbers, fresh, urgent)
             if urgent and done.sent and numbers is not None and stations.hold(numbers) is False:
                 raise DeviceError(f"{self._settings.resource}: the outputs do not hold the safe set-points")
             self._pay_arming(stations)
@@ -124,8 +124,11 @@ class ModbusLink:
             stations.arm(self._settings.watchdog_s, self._safe)
             self._arm_owed = False
 
-    def _round(self, stations: Stations, numbers: dict[int, float] | None, fresh: bool) -> Exchange:
+    def _round(self, stations: Stations, numbers: dict[int, float] | None, fresh: bool, urgent: bool) -> Exchange:
         asked_ns, reads = time.monotonic_ns(), self._plan.registers > 0 and not self._blind
+        if numbers is not None and fresh and urgent:
+            stations.write_safe(numbers, self._settings.watchdog_s)
+            return Exchange(sent=True, busy=reads)
         if numbers is not None and self._plan.can_combine:
             return Exchange(True, _stamped(stations.read_write(numbers), asked_ns), self._busy)
         if numbers is not None and (fresh or not reads) and not self._read_next:

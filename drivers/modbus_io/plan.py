@@ -9,7 +9,7 @@ from drivers.modbus_io.codec import decode, encode, rtu_exchange_s
 from drivers.modbus_io.maps import ChannelRun, ModuleMap, SafeIs
 from drivers.modbus_io.session import ModbusSession
 from drivers.modbus_io.settings import ModbusSettings, SerialLine
-from rig.errors import ConfigError
+from rig.errors import ConfigError, DeviceError, DeviceLost
 from rig.interfaces import Role
 
 VALVES: Final = (Role.VALVE_1, Role.VALVE_2)
@@ -88,10 +88,27 @@ class ExchangePlan:
         """All wanted inputs in one exchange."""
         return self.pick(session.read(self.inputs.function, self.first_register, self.registers, self.input_unit))
 
-    def write(self, session: ModbusSession, numbers: Sequence[float]) -> None:
-        """All outputs; side by side they change together, otherwise one after the other."""
-        for write in self.writes:
-            session.write(write.address, self.encode(write, numbers), self.unit)
+    def write(self, session: ModbusSession, numbers: Sequence[float], *, apart: bool = False) -> None:
+        """All outputs; side by side they change together unless they are to be written `apart`, otherwise one after the
+        other. One that the module refuses keeps the other from nothing; a module that is silent is asked once."""
+        refused: DeviceError | None = None
+        for write in self._each() if apart else self.writes:
+            try:
+                session.write(write.address, self.encode(write, numbers), self.unit)
+            except DeviceError as error:
+                if session.doubtful or isinstance(error, DeviceLost):
+                    raise
+                refused = refused or error
+        if refused is not None:
+            raise refused
+
+    def _each(self) -> list[Write]:
+        width = self.outputs.type.registers
+        return [
+            Write(write.address + width * number, (place,))
+            for write in self.writes
+            for number, place in enumerate(write.places)
+        ]
 
     def read_back(self, session: ModbusSession) -> dict[int, float] | None:
         """Place -> number that stands at each driven output by the module's own word; None when it cannot tell."""

@@ -107,14 +107,24 @@ class Stations:
             self.write(standing)
 
     def write_safe(self, numbers: Numbers, watchdog_s: float) -> None:
-        """The safe outputs, past a fail-safe that has tripped and refuses writes until it is armed anew."""
+        """The safe outputs, past a fail-safe that has tripped and refuses writes until it is armed anew, and past one
+        output that is refused for the other's sake or its own."""
         try:
             self.write(numbers)
         except DeviceError:
-            if self.plan.module.failsafe is None:
+            if self.plan.module.failsafe is not None:
+                self._arm_as_far_as_it_goes(watchdog_s, numbers)
+            elif self.outputs.doubtful:
                 raise
+            self.plan.write(self.outputs, _listed(numbers), apart=True)
+
+    def _arm_as_far_as_it_goes(self, watchdog_s: float, numbers: Numbers) -> None:
+        """A module that refuses a step of it, as for an output that is broken, is written to all the same."""
+        try:
             self.arm(watchdog_s, numbers)
-            self.write(numbers)
+        except DeviceError:
+            if self.outputs.doubtful:
+                raise
 
     def hold(self, numbers: Numbers) -> bool | None:
         """Whether these numbers stand at the outputs, within what a converter's unused bits may swallow; None: it

@@ -20,7 +20,7 @@ from drivers.modbus_io.stations import Stations
 from drivers.serial_port import SerialPort
 from drivers.signals import SignalRange
 from rig.config import structure
-from rig.errors import ConfigError
+from rig.errors import ConfigError, DeviceError
 from rig.interfaces import Role
 
 ALL = frozenset(Role)
@@ -169,6 +169,57 @@ def test_a_valve_whose_channel_has_no_safe_register_is_refused(tmp_path: Path) -
         make_plan(wired, frozenset({Role.VALVE_2}))
     place.write_text(json.dumps({**SAFE_MAP, "failsafe": SAFE_REGISTERS | {"safe_is": "zero"}}), encoding="utf-8")
     assert make_plan(wired, frozenset({Role.VALVE_2})).driven == {1: 3}
+
+
+class Refusing(Written):
+    """A module that refuses what touches one of its registers, all at once as modules do, and goes silent at
+    another."""
+
+    doubtful = False
+
+    def __init__(self, refused: int, silent: int = -1) -> None:
+        super().__init__()
+        self.refused, self.silent, self.asked = refused, silent, 0
+
+    def write(self, address: int, registers: list[int], unit: int) -> None:
+        self.asked += 1
+        touched = range(address, address + len(registers))
+        self.doubtful = self.silent in touched
+        if self.doubtful or self.refused in touched:
+            raise DeviceError(f"register {address}: no")
+        super().write(address, registers, unit)
+
+
+@pytest.mark.parametrize("channels", [(0, 1), (0, 2), (2, 0)])
+@pytest.mark.parametrize("broken", [0, 1])
+@pytest.mark.parametrize("armed", [False, True])
+def test_an_output_that_is_refused_leaves_no_pressure_on_the_other(
+    tmp_path: Path, channels: tuple[int, int], broken: int, armed: bool
+) -> None:
+    """The second valve was never written to when the first was refused, nor any when both go in one write, and none
+    past a fail-safe that took no safe set-point for the broken one."""
+    place = tmp_path / "map.yaml"
+    place.write_text(json.dumps(SAFE_MAP if armed else {**MAP, "outputs": OUTPUTS}), encoding="utf-8")
+    wired = settings(map=place, valve_1=PressureChannel(channels[0]), valve_2=PressureChannel(channels[1]))
+    bus = Refusing(100 + channels[broken])
+    session = cast(Any, bus)
+    stations = Stations(session, session, make_plan(wired, frozenset({Role.VALVE_1, Role.VALVE_2})))
+    with pytest.raises(DeviceError, match="no"):
+        stations.write_safe({0: 11.0, 1: 22.0}, 0.5)
+    assert (100 + channels[1 - broken], [22 - 11 * broken]) in bus.writes
+
+
+def test_a_module_that_is_silent_is_not_asked_for_the_other_output_as_well(tmp_path: Path) -> None:
+    """Each question takes two fifths of a period."""
+    place = tmp_path / "map.yaml"
+    place.write_text(json.dumps(SAFE_MAP), encoding="utf-8")
+    wired = settings(map=place, valve_1=PressureChannel(0), valve_2=PressureChannel(2))
+    bus = Refusing(-1, silent=100)
+    session = cast(Any, bus)
+    stations = Stations(session, session, make_plan(wired, frozenset({Role.VALVE_1, Role.VALVE_2})))
+    with pytest.raises(DeviceError):
+        stations.write({0: 11.0, 1: 22.0})
+    assert bus.asked == 1
 
 
 def settings(**changes: Any) -> ModbusSettings:
