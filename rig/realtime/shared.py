@@ -2,14 +2,19 @@
 
 Blocks are files in /dev/shm (or the temporary folder where there is none). Each begins with a magic, the pid of its
 maker, the session's id and the version of its layout, so that neither a stale one nor one of another pamrig is taken
-for one's own. Words of 8 bytes are stored and loaded whole.
+for one's own. Whoever owns one holds a lock on its file, which the kernel lets go when he dies: a pid may be another's
+by then, or of another container. Words of 8 bytes are stored and loaded whole.
 """
 
 import errno
+import fcntl
 import mmap
 import os
 import stat
 import tempfile
+import time
+from collections.abc import Iterator
+from contextlib import suppress
 from pathlib import Path
 from typing import Final, Self
 
@@ -21,9 +26,13 @@ KEPT_RING: Final = "-daemon-ring"
 _MAGIC: Final = int.from_bytes(b"PAMRIG\x00\x01", "little")
 HEADER_WORDS: Final = 8
 _MAGIC_WORD, _PID_WORD, _SESSION_WORD, _SIZE_WORD, _LAYOUT_WORD = range(5)
-LAYOUT: Final = 1
+LAYOUT: Final = 2
 """Version of what lies in all blocks, samples among it; 0: made before there was any. Raise it when
 `tests/unit/realtime/test_layout.py` asks for it, or when a word means something else than before."""
+_LOCKED_SINCE: Final = 2
+"""Owners of before hold no lock."""
+_YOUNG_S: Final = 60.0
+"""A block so young may be about to get its name, or its owner (`adopt`)."""
 
 
 def folder() -> Path:
@@ -70,9 +79,9 @@ class SharedBlock:
         return cls(Path(), mmap.mmap(-1, HEADER_WORDS * 8 + (payload_bytes + 7) // 8 * 8))
 
     @classmethod
-    def attach(cls, path: Path, session: int | None = None) -> Self:
+    def attach(cls, path: Path, session: int | None = None, *, own: bool = False) -> Self:
         """Map an existing block; StateError when it is missing, foreign, of another session, or (LayoutError) of
-        another version."""
+        another version. With `own` it is this process's as well, for as long as it is mapped."""
         try:
             descriptor = _open_own(path, os.O_RDWR)
         except OSError as error:
@@ -81,6 +90,8 @@ class SharedBlock:
             size = os.fstat(descriptor).st_size
             if size < HEADER_WORDS * 8:
                 raise StateError(f"{path}: not a block of pamrig")
+            if own:
+                fcntl.flock(descriptor, fcntl.LOCK_SH)
             block = cls(path, mmap.mmap(descriptor, size))
         finally:
             os.close(descriptor)
@@ -97,7 +108,7 @@ class SharedBlock:
     @classmethod
     def adopt(cls, path: Path, session: int) -> Self:
         """Map a block that another process has made for this one, and be its owner from now on."""
-        block = cls.attach(path, session)
+        block = cls.attach(path, session, own=True)
         block.words[_PID_WORD] = os.getpid()
         return block
 
@@ -119,9 +130,10 @@ class SharedBlock:
 
 def _map_new(path: Path, size: int) -> mmap.mmap:
     """A new file of zeros, mapped. Its room is taken now: a full folder is an error here, not a SIGBUS at some later
-    store."""
+    store. The mapping keeps a copy of the descriptor, and with it the lock."""
     descriptor = os.open(path, os.O_CREAT | os.O_EXCL | os.O_RDWR, 0o600)
     try:
+        fcntl.flock(descriptor, fcntl.LOCK_SH)
         os.posix_fallocate(descriptor, 0, size)
         return mmap.mmap(descriptor, size)
     finally:
@@ -159,17 +171,31 @@ def living_owner(path: Path) -> int:
 
 
 def _living_owner(path: Path) -> int | None:
-    """None: what lies there is no block of this user, and not to be touched."""
+    """None: what lies there is no block of this user, or one in the making, and not to be touched."""
     try:
         descriptor = _open_own(path, os.O_RDONLY)
     except OSError:
         return None
     try:
         header = os.read(descriptor, HEADER_WORDS * 8)
+        held, age_s = _is_held(descriptor), time.time() - os.fstat(descriptor).st_mtime
     finally:
         os.close(descriptor)
-    pid = memoryview(header).cast("Q")[_PID_WORD] if len(header) == HEADER_WORDS * 8 else 0
-    return pid if pid and Path(f"/proc/{pid}").exists() else 0
+    words = memoryview(header).cast("Q") if len(header) == HEADER_WORDS * 8 else [0] * HEADER_WORDS
+    pid = words[_PID_WORD]
+    if held:
+        return pid or None
+    by_pid = words[_LAYOUT_WORD] < _LOCKED_SINCE or age_s < _YOUNG_S
+    return pid if by_pid and pid and Path(f"/proc/{pid}").exists() else 0
+
+
+def _is_held(descriptor: int) -> bool:
+    """Somebody holds a lock on the file."""
+    try:
+        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError:
+        return True
+    return False
 
 
 def is_stale(path: Path) -> bool:
@@ -178,10 +204,17 @@ def is_stale(path: Path) -> bool:
 
 
 def sweep_stale(kept: str = "") -> list[Path]:
-    """Remove this user's blocks of dead processes, but not those whose name ends with `kept`; returns what was
-    removed."""
+    """Remove this user's blocks of dead processes, but not those whose name ends with `kept`, and what of theirs never
+    got its name; returns what was removed."""
     found = [path for path in folder().glob("pamrig-*") if not (kept and path.name.endswith(kept))]
-    return [path for path in found if is_stale(path) and _removed(path)]
+    return [path for path in (*found, *_old_drafts()) if is_stale(path) and _removed(path)]
+
+
+def _old_drafts() -> Iterator[Path]:
+    for path in folder().glob(".pamrig-*"):
+        with suppress(OSError):  # gone meanwhile
+            if time.time() - path.lstat().st_mtime > _YOUNG_S:
+                yield path
 
 
 def _removed(path: Path) -> bool:

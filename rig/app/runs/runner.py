@@ -72,6 +72,8 @@ def carry_out(rig: RigConfig, runs: Sequence[Planned], options: RunOptions) -> R
             watching=watching(rig) if compose.outlives_the_loop(rig) else None,
         )
         operator.command(session)
+        if session.swept:
+            console("-").print(f"shared memory: removed {session.swept} blocks of processes that were killed")
         try:
             _run(session, rig, runs, options, operator, outcome)
         except RigError:

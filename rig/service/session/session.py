@@ -100,7 +100,8 @@ class Session:
         self._entry, self._rig, self.virtual, self._seed = entry, rig, virtual, seed
         self._options = dict(options or {})
         self._context = multiprocessing.get_context("spawn")
-        sweep_stale(KEPT_RING)
+        self.swept = len(sweep_stale(KEPT_RING))
+        """How many blocks of dead processes lay in shared memory, and were removed."""
         name = f"{self.id:016x}"
         self.ring = Ring.create(f"{name}{ring_suffix}", self.id, CAPACITY, owner)
         self.mailbox = Mailbox.create(f"{name}-mailbox", self.id)

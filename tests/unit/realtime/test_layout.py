@@ -18,7 +18,7 @@ from rig.sample import Sample
 from rig.service.records.recorder import record
 
 SESSION = 0xABC
-BYTES = {1: (1951940085, 300436417, 2579143423, 530384439)}
+BYTES = {2: (4150088983, 2878528454, 3999789262, 4109515473)}
 """Version of the layout -> checksums of the blocks below."""
 
 

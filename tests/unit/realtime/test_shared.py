@@ -4,6 +4,7 @@ import os
 import signal
 import subprocess
 import sys
+import time
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -65,6 +66,48 @@ def test_stale_blocks_are_swept_away_and_living_ones_are_not(name: str) -> None:
     assert not dead.exists()
     assert kept.exists()
     assert living.path.exists()
+
+
+def test_a_pid_that_is_another_s_by_now_keeps_nothing_of_the_dead(name: str) -> None:
+    path = of_a_dead_process(name)
+    SharedBlock.attach(path).words[1] = os.getppid()
+    assert living_owner(path) == os.getppid(), "who takes it over may be about to"
+    long_ago_s = time.time() - 3600.0
+    os.utime(path, (long_ago_s, long_ago_s))
+    assert living_owner(path) == 0
+    sweep_stale()
+    assert not path.exists()
+
+
+def test_a_block_whose_owner_lives_in_another_container_is_not_swept_away(name: str) -> None:
+    """His pid means nobody here, and the folder may be shared."""
+    block = SharedBlock.create(name, 5, 64)
+    block.words[1] = 1 << 30
+    assert not is_stale(block.path)
+    assert block.path not in sweep_stale()
+    again = SharedBlock.adopt(block.path, 5)
+    block.close()
+    again.words[1] = 1 << 30
+    assert not is_stale(again.path)
+    again.close()
+    sweep_stale()
+    assert not again.path.exists()
+
+
+def test_an_owner_of_a_version_that_held_no_lock_is_known_by_his_pid(name: str) -> None:
+    path = of_a_dead_process(name)
+    block = SharedBlock.attach(path)
+    block.words[1], block.words[4] = os.getppid(), 1
+    os.utime(path, (0.0, 0.0))
+    assert not is_stale(path)
+
+
+def test_what_was_killed_before_it_got_its_name_is_swept_away(name: str) -> None:
+    draft = of_a_dead_process(name).rename(shared.folder() / f".pamrig-{name}-1")
+    assert draft not in sweep_stale()
+    os.utime(draft, (0.0, 0.0))
+    sweep_stale()
+    assert not draft.exists()
 
 
 def test_sweeping_leaves_alone_what_cannot_be_removed(name: str, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -172,12 +172,16 @@ def test_the_rings_that_an_owner_does_not_want_are_removed_and_no_others(ring: R
 
 
 def _give_to_the_dead(ring: Ring) -> None:
-    """As if another process had made it, which has ended: its maker's pid stands behind the magic."""
+    """As if another process had made it, which has ended: its maker's pid stands behind the magic, and nobody holds a
+    lock on the file."""
     ended = subprocess.Popen([sys.executable, "-c", ""])
     ended.wait()
     words = ring.block.words
     place = next(word for word in range(HEADER_WORDS) if words[word] == os.getpid())
     words[place] = ended.pid
+    content = ring.block.path.read_bytes()
+    ring.block.unlink()
+    ring.block.path.write_bytes(content)
 
 
 def test_one_that_the_disk_does_not_take_leaves_nothing_and_may_be_tried_again(
