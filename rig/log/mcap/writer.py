@@ -7,6 +7,7 @@ library), so that it runs on the controller. Turning columns into a file is in r
 import errno
 import os
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Any, Final
 
@@ -34,6 +35,7 @@ class _Tail:
 
     def __init__(self, path: Path) -> None:
         self._fd = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o644)
+        self._made = os.fstat(self._fd)
         self._written = 0
         self.pending = bytearray()
 
@@ -56,7 +58,7 @@ class _Tail:
 
     def is_at(self, path: Path) -> bool:
         try:
-            return os.path.samestat(os.stat(path), os.fstat(self._fd))
+            return os.path.samestat(os.stat(path), self._made)
         except OSError:
             return False
 
@@ -137,6 +139,10 @@ class RunWriter:
             self._tail.sync()
         except OSError as error:
             raise self._refused(error) from None
+        self._check_there()
+
+    def _check_there(self) -> None:
+        """RecordError when something else, or nothing, stands in its place: that must not get its name."""
         if self.gone:
             raise RecordError(f"{self.partial}: was deleted or moved while it was being written")
 
@@ -168,6 +174,7 @@ class RunWriter:
             self._writer.add_metadata(schema.RESULT_METADATA, schema.facts_to_text(result))
             self._writer.finish()
             self._tail.sync()
+            self._check_there()
         except OSError as error:
             raise self._refused(error) from None
         finally:
@@ -180,9 +187,12 @@ class RunWriter:
         self._tail.close()
 
     def discard(self) -> None:
-        """Let go of the file and remove it: for who converts a file and failed."""
+        """Let go of the file and remove it, if it is still there and may be removed: for who converts a file and
+        failed."""
         self._tail.close()
-        self.partial.unlink(missing_ok=True)
+        if not self.gone:
+            with suppress(OSError):  # read-only by now: why nothing was written is told already
+                self.partial.unlink()
 
     def _close_chunk(self) -> None:
         self._writer.close_chunk()

@@ -256,3 +256,34 @@ def test_a_file_that_was_interrupted_as_it_began_is_none(tmp_path: Path, monkeyp
     with pytest.raises(KeyboardInterrupt):
         made_log(tmp_path / "x.mcap")
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_folder_that_becomes_read_only_as_a_record_begins_is_one_line(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """What had been begun could not be removed either, and that was no error that a recorder knows."""
+
+    def read_only(*_: object, **__: object) -> None:
+        raise OSError(errno.EROFS, "Read-only file system")
+
+    monkeypatch.setattr(os, "write", read_only)
+    monkeypatch.setattr(Path, "unlink", read_only)
+    with pytest.raises(RecordError, match="Read-only file system"):
+        RunWriter(tmp_path / "run.mcap", {}, {})
+
+
+def test_another_s_recording_never_gets_the_name_of_one_that_is_gone(tmp_path: Path) -> None:
+    """Folders were exchanged after the last flush: the other's unfinished file was taken for our own, and renamed."""
+    mine, other = tmp_path / "mine", tmp_path / "other"
+    for folder in (mine, other):
+        folder.mkdir()
+    run, others = (RunWriter(folder / "run.mcap", {}, {}) for folder in (mine, other))
+    put(run, packed(10))
+    mine.rename(tmp_path / "moved")
+    mine.symlink_to(other, target_is_directory=True)
+    with pytest.raises(RecordError, match="was deleted or moved while it was being written"):
+        run.finish({"valid": True})
+    run.discard()
+    assert [file.name for file in other.iterdir()] == ["run.mcap.partial"]
+    assert recover(tmp_path / "moved" / "run.mcap.partial", tmp_path / "saved.mcap").records == 10
+    others.finish({})
