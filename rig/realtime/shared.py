@@ -25,14 +25,14 @@ KEPT_RING: Final = "-daemon-ring"
 
 _MAGIC: Final = int.from_bytes(b"PAMRIG\x00\x01", "little")
 HEADER_WORDS: Final = 8
-_MAGIC_WORD, _PID_WORD, _SESSION_WORD, _SIZE_WORD, _LAYOUT_WORD = range(5)
+_MAGIC_WORD, _PID_WORD, _SESSION_WORD, _SIZE_WORD, _LAYOUT_WORD, _MADE_WORD = range(6)
 LAYOUT: Final = 2
 """Version of what lies in all blocks, samples among it; 0: made before there was any. Raise it when
 `tests/unit/realtime/test_layout.py` asks for it, or when a word means something else than before."""
 _LOCKED_SINCE: Final = 2
 """Owners of before hold no lock."""
-_YOUNG_S: Final = 60.0
-"""A block so young may be about to get its name, or its owner (`adopt`)."""
+_YOUNG_NS: Final = 60_000_000_000
+"""A block so young may be about to get its owner (`adopt`)."""
 
 
 def folder() -> Path:
@@ -65,6 +65,7 @@ class SharedBlock:
             block.words[_SESSION_WORD] = session
             block.words[_SIZE_WORD] = len(block.bytes)
             block.words[_LAYOUT_WORD] = LAYOUT
+            block.words[_MADE_WORD] = time.monotonic_ns()
             block.words[_MAGIC_WORD] = _MAGIC
             _take_name(draft, path)
         except OSError as error:
@@ -178,14 +179,14 @@ def _living_owner(path: Path) -> int | None:
         return None
     try:
         header = os.read(descriptor, HEADER_WORDS * 8)
-        held, age_s = _is_held(descriptor), time.time() - os.fstat(descriptor).st_mtime
+        held = _is_held(descriptor)
     finally:
         os.close(descriptor)
     words = memoryview(header).cast("Q") if len(header) == HEADER_WORDS * 8 else [0] * HEADER_WORDS
     pid = words[_PID_WORD]
     if held:
         return pid or None
-    by_pid = words[_LAYOUT_WORD] < _LOCKED_SINCE or age_s < _YOUNG_S
+    by_pid = words[_LAYOUT_WORD] < _LOCKED_SINCE or time.monotonic_ns() - words[_MADE_WORD] < _YOUNG_NS
     return pid if by_pid and pid and Path(f"/proc/{pid}").exists() else 0
 
 
@@ -207,13 +208,14 @@ def sweep_stale(kept: str = "") -> list[Path]:
     """Remove this user's blocks of dead processes, but not those whose name ends with `kept`, and what of theirs never
     got its name; returns what was removed."""
     found = [path for path in folder().glob("pamrig-*") if not (kept and path.name.endswith(kept))]
-    return [path for path in (*found, *_old_drafts()) if is_stale(path) and _removed(path)]
+    return [path for path in (*found, *_drafts()) if is_stale(path) and _removed(path)]
 
 
-def _old_drafts() -> Iterator[Path]:
+def _drafts() -> Iterator[Path]:
+    """An empty one may have been made just now, and be locked in a moment."""
     for path in folder().glob(".pamrig-*"):
         with suppress(OSError):  # gone meanwhile
-            if time.time() - path.lstat().st_mtime > _YOUNG_S:
+            if path.lstat().st_size:
                 yield path
 
 

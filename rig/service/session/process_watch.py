@@ -51,6 +51,8 @@ _POLL_S: Final = 0.002
 _LOOK_NS: Final = 200_000_000
 _LOOKS: Final = 3
 """At the device, for a loop that cannot read back; and the time between them."""
+_SUSPENDED_S: Final = 0.1
+"""No machine sleeps and wakes again in less."""
 
 
 @dataclass(frozen=True)
@@ -67,6 +69,12 @@ PathMaker = Callable[[], SecondPath]
 def is_final(report: SafeReport) -> bool:
     """Seen at the device; or written, and so long ago that it would have been seen if it could be."""
     return report.outcome > Outcome.WRITTEN or (report.safe and time.monotonic_ns() - report.written_ns > CONFIRMING_NS)
+
+
+def _suspended_s() -> float:
+    """For how long this machine has been suspended since it was started: the clock by which the loop ticks, and with it
+    every silence, stands still meanwhile. Never too long: who is held up between the two looks sees less."""
+    return time.clock_gettime(time.CLOCK_BOOTTIME) - time.clock_gettime(time.CLOCK_MONOTONIC)
 
 
 class ProcessWatch:
@@ -89,6 +97,7 @@ class ProcessWatch:
         self._looked_for = (0, 0)
         """A write of the loop, and how often it was looked at for it."""
         self._loss: Loss | None = None
+        self._timed, self._suspended_s = timed, max(_suspended_s() for _ in range(3))
         self._hands = StandBy()
         """Who takes over, or looks at the device, while others are looked after."""
 
@@ -108,6 +117,9 @@ class ProcessWatch:
     def _find(self) -> Loss | None:
         if not self._loop.is_alive():
             return Loss(Fault.LOOP_DIED, "")
+        if self._timed and (slept_s := _suspended_s() - self._suspended_s) > _SUSPENDED_S:
+            said = f"the machine was suspended for {slept_s:.0f} s, and the rig was in nobody's hands"
+            return Loss(Fault.LONG_STALL, said)
         if self._silent():
             return Loss(Fault.LOOP_DIED, f"the loop has not moved for {self._patience_ns / 1e9:g} s")
         if not self._recorder.is_alive():

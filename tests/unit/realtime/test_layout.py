@@ -18,7 +18,7 @@ from rig.sample import Sample
 from rig.service.records.recorder import record
 
 SESSION = 0xABC
-BYTES = {2: (4150088983, 2878528454, 3999789262, 4109515473)}
+BYTES = {2: (3331652285, 2917994296, 236859325, 2306060276)}
 """Version of the layout -> checksums of the blocks below."""
 
 

@@ -123,6 +123,24 @@ def test_with_the_supervisor_lost_too_a_killed_loop_is_followed_up_here(bench: B
     assert "killed by signal 9" in watch.how_it_ended()
 
 
+def test_a_machine_that_was_suspended_makes_the_rig_safe(bench: Bench, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The loop's own clock stood still with it: the sweep went on where it was, as if nothing had been."""
+    asleep_s, clock_gettime = 0.0, time.clock_gettime
+
+    def told(clock: int) -> float:
+        return clock_gettime(time.CLOCK_MONOTONIC) + (asleep_s if clock == time.CLOCK_BOOTTIME else 0.0)
+
+    monkeypatch.setattr(time, "clock_gettime", told)
+    watch = bench.watch()
+    assert watch.look() is None
+    asleep_s = 3600.0
+    bench.writer.beat()
+    assert watch.look() == Loss(
+        Fault.LONG_STALL, "the machine was suspended for 3600 s, and the rig was in nobody's hands"
+    )
+    assert bench.mailbox.estop_wanted() is Fault.LONG_STALL
+
+
 def test_a_machine_that_gives_no_thread_any_more_keeps_nobody_from_taking_over(
     bench: Bench, monkeypatch: pytest.MonkeyPatch
 ) -> None:
