@@ -7,7 +7,7 @@ import contextlib
 import logging
 import queue
 import threading
-from collections.abc import Callable
+from collections.abc import Awaitable, Callable
 from typing import Any, Final, TypeVar
 
 from rig.errors import RigError
@@ -33,6 +33,14 @@ async def aside_or_here(work: Callable[[], T]) -> T:
         return await aside(work)
     except NoThread:
         return work()
+
+
+async def in_any_case(*work: Awaitable[object]) -> None:
+    """All of it, at once; what goes wrong with one of them is logged, and stands in the way of nothing that comes after
+    it."""
+    for error in await asyncio.gather(*work, return_exceptions=True):
+        if isinstance(error, Exception):
+            _LOG.error("at the end: %r", error)
 
 
 class NoThread(RigError):

@@ -18,7 +18,7 @@ from rig.channels import FACT as CHANNELS
 from rig.errors import RigError
 from rig.realtime.faults import explain
 from rig.realtime.state import Event, State
-from rig.service.aside import DiskWork, aside
+from rig.service.aside import DiskWork, aside, in_any_case
 from rig.service.connections import socket_access
 from rig.service.connections.arguments import check_line
 from rig.service.connections.control import Server
@@ -174,11 +174,9 @@ class Daemon:
         for task in self._tasks:
             task.cancel()
         self._monitor.begin_close()  # before anybody is waited for
-        for planner in (self._checker, self._runner.planner):
-            await aside(planner.close)
+        await in_any_case(*(aside(planner.close) for planner in (self._checker, self._runner.planner)))
         await asyncio.gather(*self._tasks, return_exceptions=True)
-        await aside(self._live.close)
-        await aside(self._page.close)
+        await in_any_case(aside(self._live.close), aside(self._page.close))
         left = await asyncio.get_running_loop().run_in_executor(self._starter, self._monitor.close, self._wait_on)
         lost = await self._reports.end(self._wait_on)
         late = await self._disks.end(self._retention.remember, self._wait_on)

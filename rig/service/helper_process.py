@@ -129,12 +129,18 @@ class HelperProcess:
             if self._closed:
                 raise EOFError
             if self.process is None or self._pipe is None or not self.process.is_alive():
-                self._pipe, theirs = self._context.Pipe()
-                self.process = self._context.Process(
+                ours, theirs = self._context.Pipe()
+                process = self._context.Process(
                     target=self._entry, args=(theirs, *self._arguments), name=self._name, daemon=True
                 )
-                start_process(self.process)
-                theirs.close()
+                try:
+                    start_process(process)
+                except BaseException:  # one that never began can neither be asked nor ended
+                    ours.close()
+                    raise
+                finally:
+                    theirs.close()
+                self.process, self._pipe = process, ours
             return self.process, self._pipe
 
     def _end(self, process: BaseProcess) -> None:

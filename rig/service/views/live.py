@@ -59,10 +59,11 @@ class LiveView:
         self._pauses.began()
         if self._port and session is not None:
             arguments = (session.ring.block.path, session.id, self._port, os.getpid())
-            self._process = multiprocessing.get_context("spawn").Process(
+            process = multiprocessing.get_context("spawn").Process(
                 target=show, args=arguments, name="pamrig-live", daemon=True
             )
-            start_process(self._process)
+            start_process(process)  # one that never began cannot be ended
+            self._process = process
 
     async def watch(self, starter: Executor) -> None:
         """Replace a process that has ended or was stopped, by `starter`, where `follow` is called too; never ends."""

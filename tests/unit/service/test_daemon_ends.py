@@ -23,6 +23,7 @@ from rig.service.records.operating_time import OperatingTime
 from rig.service.session.session_monitor import SessionMonitor
 from rig.service.settings import DaemonSettings, Web
 from rig.service.views import metrics
+from rig.service.web.host import Page
 
 ENDED_S = 0.3
 """For so long whatever a thread does waits for a daemon that ends before it."""
@@ -163,3 +164,38 @@ def test_the_rig_is_on_its_way_to_safe_before_anybody_is_waited_for(
 
     asyncio.run(asyncio.wait_for(serve(), 20.0))
     assert order == ["loop", "planner", "planner", "session"]
+
+
+def test_what_cannot_be_closed_beside_the_rig_is_no_reason_to_leave_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    """A planner that could not be ended was the end of the end: nobody looked whether the rig was safe, and the
+    daemon's process stayed, for its recorder was never told to end."""
+    caplog.set_level("INFO", logger="pamrig")
+
+    def opened(monitor: SessionMonitor) -> None:
+        monitor.session = SimpleNamespace(id=42, ring=SimpleNamespace(heartbeat_ns=0), facts={}, dismiss_loop=list)  # type: ignore[assignment]
+
+    def closed(monitor: SessionMonitor, _: Callable[[str], None]) -> str:
+        monitor.session = None
+        return "the rig is safe"
+
+    def refuses(_: object) -> None:
+        raise AttributeError("kill")
+
+    monkeypatch.setattr(SessionMonitor, "open", opened)
+    monkeypatch.setattr(SessionMonitor, "close", closed)
+    monkeypatch.setattr(SessionMonitor, "check", lambda _: None)
+    monkeypatch.setattr(Planner, "warm", lambda _: asyncio.sleep(0))
+    for one in (Planner, Page):
+        monkeypatch.setattr(one, "close", refuses)
+    settings = DaemonSettings(logs=tmp_path / "logs", state=tmp_path, socket=tmp_path / "s.sock", web=Web(on=False))
+
+    async def serve() -> None:
+        daemon, serving = await listening(settings, caplog)
+        daemon.end()
+        await serving
+
+    asyncio.run(asyncio.wait_for(serve(), 20.0))
+    assert caplog.messages.count("at the end: AttributeError('kill')") == 3
+    assert caplog.messages[-1] == "ended; the rig is safe"

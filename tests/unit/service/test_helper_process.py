@@ -56,5 +56,7 @@ def test_where_no_process_can_be_had_that_is_said(monkeypatch: pytest.MonkeyPatc
         raise OSError(errno.EAGAIN, "Resource temporarily unavailable")
 
     monkeypatch.setattr(helper_process, "start_process", full)
+    helper = HelperProcess(serve_within, (GB,), "pamrig-test")
     with pytest.raises(RigError, match="pamrig-test: this machine gives no process for it: Resource temporarily"):
-        HelperProcess(serve_within, (GB,), "pamrig-test").ask((), 1.0)
+        helper.ask((), 1.0)
+    helper.close()  # it was an error in the daemon itself at its end, which nothing came after
