@@ -69,6 +69,7 @@ def _server(site: "Site") -> "Server":
         loop="asyncio",
         lifespan="off",
         log_config=None,
+        log_level="error",  # whatever is no HTTP would be a line, as fast as somebody sends it
         access_log=False,
         server_header=False,
         proxy_headers=False,

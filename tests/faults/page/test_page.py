@@ -124,6 +124,17 @@ def lines_of(bench: FaultBench) -> list[LogLine]:
         return log.everything()[1]
 
 
+def test_what_is_no_http_fills_no_log(bench: FaultBench, visitor: Visitor) -> None:
+    """Each piece of it was a line, of whoever reaches the port, as fast as he sends."""
+    before = len(bench.log_text())
+    for _ in range(20):
+        with socket.create_connection(visitor.address, 10.0) as other:
+            other.sendall(b"\x00nonsense\r\n\r\n")
+            with contextlib.suppress(ConnectionError):
+                assert other.recv(100).partition(b"\r\n")[0] in (b"HTTP/1.1 400 Bad Request", b"")
+    assert "Invalid HTTP" not in bench.log_text()[before:]
+
+
 def test_a_viewer_hears_state_and_rows_and_foreign_pages_hear_nothing(bench: FaultBench, visitor: Visitor) -> None:
     visitor.come()
     live = visitor.url.replace("http", "ws") + "live"
