@@ -75,7 +75,9 @@ class RunOutcome:
         if self._unsafe:
             raise CheckFailed(self.safe.words)
         if self.interrupted:
-            raise Interrupted
+            raise Interrupted(
+                "" if self.driven else "interrupted; the loop never ticked, and nothing was written to the rig"
+            )
         invalid = [r for r in self.runs if not r.valid]
         if invalid:
             first = invalid[0]

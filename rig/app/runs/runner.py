@@ -76,6 +76,8 @@ def carry_out(rig: RigConfig, runs: Sequence[Planned], options: RunOptions) -> R
             console("-").print(f"shared memory: removed {session.swept} blocks of processes that were killed")
         try:
             _run(session, rig, runs, options, operator, outcome)
+        except _GivenUp:
+            pass  # the outcome says so, as of any run that was interrupted
         except RigError:
             if operator.asked_to_stop:  # by a signal that all processes may have heard, also those that were starting
                 raise Interrupted(f"interrupted before the rig was driven; {session.left}") from None
@@ -156,6 +158,10 @@ def _orders(session: Session, rig: RigConfig, runs: Sequence[Planned], options: 
     ]
 
 
+class _GivenUp(Exception):
+    """The operator asked to stop before the rig was open."""
+
+
 class _Operator:
     """Ctrl-C: the first ramps down and finishes the file, the second is an emergency stop. Listens before there is a
     session."""
@@ -170,9 +176,9 @@ class _Operator:
             session.mailbox.stop()
 
     def check(self) -> None:
-        """RigError once he has asked: a device that does not answer is not waited for any more."""
+        """_GivenUp once he has asked: a device that does not answer is not waited for any more."""
         if self.asked_to_stop:
-            raise RigError("interrupted")
+            raise _GivenUp
 
     def signalled(self, number: int) -> None:
         again, self.asked_to_stop = self.asked_to_stop, True
