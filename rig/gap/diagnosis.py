@@ -8,7 +8,7 @@ from rig.gap.experiments import answer_with
 from rig.gap.hypotheses.library import LIBRARY
 from rig.gap.offered import channels_of_call, possible
 from rig.gap.pipeline import Grounds, Question
-from rig.gap.plan.candidates import Room
+from rig.gap.plan.candidates import SweepEnvelope
 from rig.gap.reference.build import AUTO, Kind, because, choose
 from rig.gap.settings import Fitted, fitted
 from rig.identify.provenance import identified_on
@@ -51,11 +51,11 @@ def diagnose_with_grounds(
     effects: Sequence[str] | None = None,
     experiments: Sequence[Sequence[Record]] = (),
     settings: Fitted | None = None,
-    room: Room | None = None,
+    envelope: SweepEnvelope | None = None,
 ) -> tuple[Diagnosis, Grounds]:
     """`diagnose`, with what the answer rests on. `effects`: effects or stages that the rig can have, by its YAML;
     without, as the records' facts say. `experiments`: what was recorded afterwards to tell more, sweep by sweep.
-    `settings`: levels and priors in place of the shipped ones. `room`: what the rig allows the records that are
+    `settings`: levels and priors in place of the shipped ones. `envelope`: what the rig allows the records that are
     recommended; careful bounds without it."""
     channels = channels_of_call(model, records, baselines)
     able = possible(channels, records, effects)
@@ -74,7 +74,7 @@ def diagnose_with_grounds(
         withheld=withheld,
         ahead=any(LIBRARY[name].upstream for name in able),
         settings=settings or fitted(),
-        room=room,
+        envelope=envelope,
     )
     said, grounds = answer_with(question, experiments)
     why, own = because(reference, kind, model, len(baselines)), _own_records(kind, model, records)

@@ -23,7 +23,7 @@ from rig.gap.evidence.second import with_second
 from rig.gap.hypotheses.fit import Fit
 from rig.gap.hypotheses.inverse_problems import InverseProblem, angle_problem, pressure_problem
 from rig.gap.hypotheses.library import NONE, UNKNOWN, Effect, chosen
-from rig.gap.plan.candidates import Room
+from rig.gap.plan.candidates import SweepEnvelope
 from rig.gap.raw_tests.codes import ConverterCode, centred
 from rig.gap.raw_tests.quantisation import code_found
 from rig.gap.raw_tests.read import read_signatures
@@ -77,7 +77,7 @@ class Question:
     """The rig can have an effect ahead of its pressure monitors at all."""
     settings: Fitted = field(default_factory=fitted)
     """The levels and priors to judge by."""
-    room: Room | None = None
+    envelope: SweepEnvelope | None = None
     """What the rig allows the records that are recommended; None: careful bounds."""
 
 
@@ -101,7 +101,15 @@ def answer(question: Question) -> tuple[Diagnosis, Grounds]:
 
     retuning = None if refit is None else refit.retuning
     findings = Findings(
-        expected, simulator, posteriors, signatures, retuning, settings, missed, bool(question.withheld), question.room
+        expected,
+        simulator,
+        posteriors,
+        signatures,
+        retuning,
+        settings,
+        missed,
+        bool(question.withheld),
+        question.envelope,
     )
     return tell(findings, after), grounds
 

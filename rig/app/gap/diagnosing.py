@@ -62,7 +62,7 @@ def diagnose_case(
 ) -> "tuple[Diagnosis, str]":
     """Read (the sessions too, where the caller has not), diagnose, write the files that were asked for; with the
     diagnosis why one of them was not written, empty when all are."""
-    from rig.app.gap.room import room_of
+    from rig.app.gap.sweep_envelope import envelope_of
     from rig.app.shipped import find_config
     from rig.gap.diagnosis import diagnose_with_grounds
     from rig.model.parameters import load_model
@@ -82,7 +82,7 @@ def diagnose_case(
         library=library,
         reference=options.reference,
         effects=None if options.rig is None else load_rig(find_config(options.rig, "rigs")).effects,
-        room=None if options.rig is None else room_of(options.rig),
+        envelope=None if options.rig is None else envelope_of(options.rig),
     )
     if gains is not None:
         diagnosis = _with_worth(gains, model, diagnosis, grounds, records)

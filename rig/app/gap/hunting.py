@@ -13,7 +13,7 @@ from rig.app import shipped
 from rig.app.gap.daemon_jobs import at_hand, check_free, last_job, taken
 from rig.app.gap.hunt_folder import FILE, MODEL_TEXT, Hunt, HuntStep, alone_in, open_hunt
 from rig.app.gap.planning import resting
-from rig.app.gap.room import room_of
+from rig.app.gap.sweep_envelope import envelope_of
 from rig.app.runs.outcome import RunOutcome
 from rig.app.runs.sweeping import SweepOptions, run_sweep, text_from
 from rig.app.terminal import progress
@@ -176,7 +176,7 @@ def diagnose_so_far(options: HuntOptions, model: Model, so_far: Hunt) -> HuntFin
         list(options.days),
         reference=Kind.SESSION if kind is Kind.SESSIONS else options.reference,
         effects=options.rig.effects,
-        room=room_of(options.rig.path),
+        envelope=envelope_of(options.rig.path),
         experiments=later,
     )
     assert isinstance(grounds, Grounds)
@@ -186,8 +186,8 @@ def diagnose_so_far(options: HuntOptions, model: Model, so_far: Hunt) -> HuntFin
 
 def _next(options: HuntOptions, finding: HuntFinding, seconds: float) -> Experiment | None:
     """The records that tell most of what is still possible, inside the rig's limits."""
-    known, room = finding.grounds, room_of(options.rig.path)
-    return what_next(known.expected, known.posteriors, room, seconds, simulator=known.simulator)
+    known, envelope = finding.grounds, envelope_of(options.rig.path)
+    return what_next(known.expected, known.posteriors, envelope, seconds, simulator=known.simulator)
 
 
 def _first(so_far: Hunt, options: HuntOptions) -> Hunt:

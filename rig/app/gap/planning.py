@@ -8,7 +8,7 @@ from typing import Any
 from rig.app.gap.effects import sizes_of
 from rig.app.gap.known_rigs import DEFAULT_SWEEP, Asked, DescribedRig, described_by_call, family_rig
 from rig.app.gap.levels import known_families
-from rig.app.gap.room import room_of
+from rig.app.gap.sweep_envelope import envelope_of
 from rig.app.model.simulating import commands_of
 from rig.app.shipped import find_config
 from rig.channels import FACT, PNEUMATIC, REST_MPA, Channels, said
@@ -18,7 +18,7 @@ from rig.excite.experiment import Entry, RunPlan, Sweep, Waves, expand, load_swe
 from rig.gap.answer.result import Interval
 from rig.gap.answer.words.sizes import size
 from rig.gap.hypotheses.library import LIBRARY, Allowed
-from rig.gap.plan.candidates import Room, candidates, lasting_s, planned, sweep_text
+from rig.gap.plan.candidates import SweepEnvelope, candidates, lasting_s, planned, sweep_text
 from rig.gap.plan.capability import Ability, Capability, capability
 from rig.gap.plan.design import Design, DetectionPower, appraise, design
 from rig.gap.plan.raw_ability import raw_abilities
@@ -143,7 +143,7 @@ def design_session(
     for name, unit in units:
         report(DESCRIBED * len(rigs) / count, f"describing {len(rigs) + 1} of {count} rigs")
         rigs.append(family_rig(name, unit))
-    pool = _pool(described, _room_of_described(described, asked.rig))
+    pool = _pool(described, _envelope_of_described(described, asked.rig))
     if not pool:
         raise ConfigError(f"{asked.rig}: its limits leave no room for any record")
     effects = described.effects
@@ -162,13 +162,13 @@ def design_session(
     )
 
 
-def _pool(described: DescribedRig, room: Room) -> list[Entry]:
+def _pool(described: DescribedRig, envelope: SweepEnvelope) -> list[Entry]:
     """The records to choose from: inside what the rig's YAML allows its set-points, and its joint as it is expected and
     simulated."""
     made: Waves = {}
-    pool = candidates(room, RECORD_S, described.rig.grid_ns, made)
+    pool = candidates(envelope, RECORD_S, described.rig.grid_ns, made)
     expected = rehearse(described.rig, planned(pool, described.rig.grid_ns, made)) if pool else None
-    return [] if expected is None else [pool[k] for k in within(expected, room.angle_deg, described.model)]
+    return [] if expected is None else [pool[k] for k in within(expected, envelope.angle_deg, described.model)]
 
 
 def _families(names: Sequence[str], channels: Channels) -> Sequence[str]:
@@ -182,10 +182,10 @@ def _families(names: Sequence[str], channels: Channels) -> Sequence[str]:
     return ()
 
 
-def _room_of_described(described: DescribedRig, rig: Path | None) -> Room:
+def _envelope_of_described(described: DescribedRig, rig: Path | None) -> SweepEnvelope:
     """What records may ask; a rig without valves has no rest pressures to choose from."""
-    room = room_of(rig)
-    return room if described.channels.has_valves else replace(room, rests_mpa=(REST_MPA,))
+    envelope = envelope_of(rig)
+    return envelope if described.channels.has_valves else replace(envelope, rests_mpa=(REST_MPA,))
 
 
 def resting(sweep: Sweep) -> list[Entry]:

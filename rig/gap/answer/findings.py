@@ -11,7 +11,7 @@ from rig.gap.answer.how_far.held_out import HowFar
 from rig.gap.evidence.posterior import Posterior
 from rig.gap.hypotheses.fit import Fit
 from rig.gap.hypotheses.inverse_problems import PRESSURES
-from rig.gap.plan.candidates import Room
+from rig.gap.plan.candidates import SweepEnvelope
 from rig.gap.raw_tests.signature import Signature
 from rig.gap.reference.build import Expected, rms_of
 from rig.gap.settings import Fitted
@@ -36,7 +36,7 @@ class Findings:
     """How far the simulator as it stands is from the earlier days, where there are any."""
     limited: bool = False
     """Effects that the rig may have were not asked about."""
-    room: Room | None = None
+    envelope: SweepEnvelope | None = None
     """What the rig allows the records that are recommended."""
 
     @property

@@ -76,7 +76,7 @@ def tell(findings: Findings, after: Callable[[Sequence[tuple[str, Fit]]], HowFar
         what_next(
             findings.expected,
             findings.posteriors,
-            findings.room,
+            findings.envelope,
             settings=findings.settings,
             simulator=findings.simulator,
         ),

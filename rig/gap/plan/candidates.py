@@ -31,7 +31,7 @@ PEAK_OF_MIXED = 2.4
 
 
 @dataclass(frozen=True)
-class Room:
+class SweepEnvelope:
     """What planned records may ask of a rig; an `rig.excite.envelope.WholeEnvelope`."""
 
     pressure_mpa: tuple[float, float] = (0.02, 0.45)
@@ -44,23 +44,25 @@ class Room:
     """Where the joint may be."""
 
 
-def room_within(contexts: Sequence[RecordContext], allowed: Room) -> Room:
+def envelope_within(contexts: Sequence[RecordContext], allowed: SweepEnvelope) -> SweepEnvelope:
     """Of what is allowed, what records asked that there are: their rest pressures, and no more than their amplitude."""
     rests = sorted({round(0.5 * float(np.median(t.pair.u1_mpa + t.pair.u2_mpa)), 3) for t in contexts})
     swing = max(float(np.ptp(context.pair.u1_mpa)) for context in contexts)
     return replace(allowed, swing_mpa=min(swing, MOST_SWING_MPA), rests_mpa=tuple(rests))
 
 
-def candidates(room: Room, lengths_s: Sequence[float], grid_ns: int, made: "Waves | None" = None) -> list[Entry]:
-    """Every record of the pool that stays inside the room on that grid, and at any period of a loop below it: a sine is
-    steeper between two rows than from row to row, by no more than where its steepest point lies on a row. `made`: see
-    `expand`."""
+def candidates(
+    envelope: SweepEnvelope, lengths_s: Sequence[float], grid_ns: int, made: "Waves | None" = None
+) -> list[Entry]:
+    """Every record of the pool that stays inside the envelope on that grid, and at any period of a loop below it: a
+    sine is steeper between two rows than from row to row, by no more than where its steepest point lies on a row.
+    `made`: see `expand`."""
     found: list[Entry] = []
-    room = replace(room, slew_mpa_s=room.slew_mpa_s * float(np.sinc(2.0 * TOP_HZ * grid_ns * 1e-9)))
-    for p0, length in itertools.product(room.rests_mpa, lengths_s):
+    envelope = replace(envelope, slew_mpa_s=envelope.slew_mpa_s * float(np.sinc(2.0 * TOP_HZ * grid_ns * 1e-9)))
+    for p0, length in itertools.product(envelope.rests_mpa, lengths_s):
         timing = Timing(settle_s=SETTLE_S, duration_s=length)
-        entries = [Entry(signal, timing, (p0,)) for signal in _signals(_largest(room, p0), length)]
-        found.extend(entry for entry in entries if _fits(entry, room, grid_ns, made))
+        entries = [Entry(signal, timing, (p0,)) for signal in _signals(_largest(envelope, p0), length)]
+        found.extend(entry for entry in entries if _fits(entry, envelope, grid_ns, made))
     return found
 
 
@@ -95,9 +97,9 @@ def _record(entry: Entry, alone: bool) -> dict[str, Any]:
     return {type(entry.signal).__name__.lower(): signal, "duration_s": entry.timing.duration_s} | own
 
 
-def _largest(room: Room, p0_mpa: float) -> float:
-    low, high = room.pressure_mpa
-    return _downward(min(room.swing_mpa, 2.0 * min(p0_mpa - low, high - p0_mpa)))
+def _largest(envelope: SweepEnvelope, p0_mpa: float) -> float:
+    low, high = envelope.pressure_mpa
+    return _downward(min(envelope.swing_mpa, 2.0 * min(p0_mpa - low, high - p0_mpa)))
 
 
 def _downward(amplitude_mpa: float) -> float:
@@ -116,11 +118,11 @@ def _signals(largest: float, length_s: float) -> Iterator[Signal]:
     yield Staircase(largest, 2, length_s / 10.0, 0.2)
 
 
-def _fits(entry: Entry, room: Room, grid_ns: int, made: "Waves | None") -> bool:
-    if min(entry.p0_mpa[0] - room.pressure_mpa[0], room.pressure_mpa[1] - entry.p0_mpa[0]) <= 0.0:
+def _fits(entry: Entry, envelope: SweepEnvelope, grid_ns: int, made: "Waves | None") -> bool:
+    if min(entry.p0_mpa[0] - envelope.pressure_mpa[0], envelope.pressure_mpa[1] - entry.p0_mpa[0]) <= 0.0:
         return False
     try:
-        check(planned([entry], grid_ns, made)[0], room, grid_ns)
+        check(planned([entry], grid_ns, made)[0], envelope, grid_ns)
     except EnvelopeError:
         return False
     return True

@@ -17,7 +17,7 @@ from rig.gap.evidence.posterior import Posterior
 from rig.gap.hypotheses.fit import Fit
 from rig.gap.hypotheses.inverse_problems import InverseProblem
 from rig.gap.hypotheses.law_errors import later_pattern, rough_lines
-from rig.gap.plan.candidates import Room, candidates, lasts_s, planned, room_within
+from rig.gap.plan.candidates import SweepEnvelope, candidates, envelope_within, lasts_s, planned
 from rig.gap.plan.experiment import Experiment
 from rig.gap.plan.information import Information, inform
 from rig.gap.plan.rehearse import RehearsedRig, factors_of, known_rig, rehearse, within
@@ -92,25 +92,25 @@ def spreads(fit: Fit) -> dict[str, float]:
 def what_next(
     expected: Expected,
     posteriors: Sequence[Posterior],
-    room: Room | None = None,
+    envelope: SweepEnvelope | None = None,
     seconds: float = TIME_S,
     settings: Fitted | None = None,
     simulator: Model | None = None,
 ) -> Experiment | None:
     """The experiment that tells most of what a diagnosis leaves open: at the amplitudes and rest pressures of its
-    records, within what the rig allows (`room`; careful bounds where that is not known), by the `simulator` too."""
+    records, within what the rig allows (`envelope`; careful bounds where that is not known), by the `simulator` too."""
     rivals = hypotheses_of(posteriors)
     if not rivals:  # what the rig repeats need not be found out for nothing
         return None
-    room, settings = room_within(expected.contexts, room or Room()), settings or fitted()
+    envelope, settings = envelope_within(expected.contexts, envelope or SweepEnvelope()), settings or fitted()
     lasted_s = sum(len(pair) * pair.dt_s for pair in expected.pairs)
-    return next_experiment(rivals, known_rig(expected), room, settings, seconds, simulator, lasted_s)
+    return next_experiment(rivals, known_rig(expected), envelope, settings, seconds, simulator, lasted_s)
 
 
 def next_experiment(
     hypotheses: Sequence[Hypothesis],
     rig: RehearsedRig,
-    room: Room,
+    envelope: SweepEnvelope,
     settings: Fitted,
     seconds: float = TIME_S,
     simulator: Model | None = None,
@@ -122,23 +122,23 @@ def next_experiment(
     places = dict.fromkeys((one.factor, one.given) for one in open_ones)
     rivals = [[one for one in open_ones if (one.factor, one.given) == place][:MOST] for place in places]
     rivals = [those for those in rivals if len(those) > 1]
-    pool, plans = _pool(room, rig.grid_ns) if rivals else ((), ())
+    pool, plans = _pool(envelope, rig.grid_ns) if rivals else ((), ())
     if not pool:
         return None
     expected = rehearse(rig, plans)
     asked = {those[0].factor for those in rivals}
     problems = {problem.name: problem for problem in factors_of(expected, settings, asked)}
     known = [_weigh(problems[those[0].factor], those, lasted_s) for those in rivals if those[0].factor in problems]
-    allowed = within(expected, room.angle_deg, simulator)
+    allowed = within(expected, envelope.angle_deg, simulator)
     chosen = _chosen(known, [lasts_s(entry) for entry in pool], allowed, seconds)
     return _described(known, pool, chosen) if chosen else None
 
 
 @lru_cache(maxsize=4)
-def _pool(room: Room, grid_ns: int) -> tuple[tuple[Entry, ...], tuple[RunPlan, ...]]:
+def _pool(envelope: SweepEnvelope, grid_ns: int) -> tuple[tuple[Entry, ...], tuple[RunPlan, ...]]:
     """What could be recorded, and its plans: the same for every case of a rig."""
     made: Waves = {}
-    entries = candidates(room, LENGTHS_S, grid_ns, made)
+    entries = candidates(envelope, LENGTHS_S, grid_ns, made)
     return tuple(entries), tuple(planned(entries, grid_ns, made))
 
 

@@ -17,7 +17,7 @@ from rig.gap.evidence.posterior import judge
 from rig.gap.hypotheses.inverse_problems import ANGLE, PRESSURES, InverseProblem
 from rig.gap.hypotheses.law_errors import with_law
 from rig.gap.hypotheses.library import LIBRARY
-from rig.gap.plan.candidates import Room, candidates, lasts_s, planned, sweep_text
+from rig.gap.plan.candidates import SweepEnvelope, candidates, lasts_s, planned, sweep_text
 from rig.gap.plan.capability import Ability, capability, seen_separation
 from rig.gap.plan.design import design
 from rig.gap.plan.directions import columns, sized, usual_directions
@@ -33,7 +33,7 @@ from rig.record import Column
 
 PERIOD_NS = 10_000_000
 CONFIGS = ROOT / "configs"
-ROOM = Room(rests_mpa=(0.2,))
+ROOM = SweepEnvelope(rests_mpa=(0.2,))
 FEW = [LIBRARY[name] for name in ("delay", "valve_lag", "valve_gain", "viscous_friction", "backlash", "sensor_lag")]
 
 
@@ -162,9 +162,9 @@ def test_what_looks_alike_is_said_and_named_later_than_seen(rig: RehearsedRig) -
 
 @settings(max_examples=15, deadline=None)
 @given(st.floats(0.0, 0.15), st.floats(0.25, 0.5), st.floats(0.05, 3.0))
-def test_candidates_stay_inside_the_room(low: float, high: float, slew: float) -> None:
-    room = Room((low, high), slew)
-    for entry in candidates(room, (5.0,), PERIOD_NS):
+def test_candidates_stay_inside_the_envelope(low: float, high: float, slew: float) -> None:
+    envelope = SweepEnvelope((low, high), slew)
+    for entry in candidates(envelope, (5.0,), PERIOD_NS):
         (plan,) = planned([entry], PERIOD_NS)
         dp = np.asarray(plan.dp_mpa)
         assert plan.p0_mpa - 0.5 * np.abs(dp).max() >= low - 1e-6
@@ -173,24 +173,24 @@ def test_candidates_stay_inside_the_room(low: float, high: float, slew: float) -
 
 
 @pytest.mark.parametrize("slew", [0.5, 2.0])
-def test_candidates_stay_inside_the_room_at_the_period_of_the_loop_too(slew: float) -> None:
+def test_candidates_stay_inside_the_envelope_at_the_period_of_the_loop_too(slew: float) -> None:
     for swing in (0.2, 0.4):
-        room = Room(slew_mpa_s=slew, swing_mpa=swing, rests_mpa=(0.2, 0.2503))
-        pool = candidates(room, (5.0,), PERIOD_NS)
+        envelope = SweepEnvelope(slew_mpa_s=slew, swing_mpa=swing, rests_mpa=(0.2, 0.2503))
+        pool = candidates(envelope, (5.0,), PERIOD_NS)
         assert len(pool) > 10
         for period_ns in (5_000_000, 1_000_000):
             for plan in planned(pool, period_ns):
-                check(plan, room, period_ns)
+                check(plan, envelope, period_ns)
 
 
 def test_no_record_is_planned_that_a_diagnosis_would_leave_out(rig: RehearsedRig) -> None:
-    pool = candidates(Room(rests_mpa=(0.15, 0.2, 0.3)), (10.0, 40.0), PERIOD_NS)
+    pool = candidates(SweepEnvelope(rests_mpa=(0.15, 0.2, 0.3)), (10.0, 40.0), PERIOD_NS)
     notes: list[str] = []
     assert all(usable(pair.raw, notes) for pair in rehearse(rig, planned(pool, PERIOD_NS)).pairs), notes
 
 
 def test_a_design_tells_more_than_its_first_record_and_keeps_the_time(rig: RehearsedRig, tmp_path: Path) -> None:
-    pool = candidates(Room(rests_mpa=(0.2,)), (10.0,), PERIOD_NS)
+    pool = candidates(SweepEnvelope(rests_mpa=(0.2,)), (10.0,), PERIOD_NS)
     short, whole = (design([rig], pool, seconds, FEW, fitted()) for seconds in (20.0, 60.0))
     assert sum(lasts_s(entry) for entry in whole.entries) <= 60.0
     assert whole.power.score > short.power.score > 0.0
@@ -200,14 +200,14 @@ def test_a_design_tells_more_than_its_first_record_and_keeps_the_time(rig: Rehea
 
 
 def test_a_design_leaves_time_over_that_no_record_would_make_it_tell_more_in(rig: RehearsedRig) -> None:
-    pool = candidates(Room(rests_mpa=(0.2,)), (10.0,), PERIOD_NS)
+    pool = candidates(SweepEnvelope(rests_mpa=(0.2,)), (10.0,), PERIOD_NS)
     some, all_day = (design([rig], pool, seconds, FEW, fitted()) for seconds in (120.0, 7200.0))
     assert all_day.power.score >= some.power.score
     assert all_day.seconds < sum(map(lasts_s, pool))
 
 
 def test_a_sweep_keeps_rest_pressures_apart(tmp_path: Path) -> None:
-    entries = candidates(Room(rests_mpa=(0.2, 0.3)), (5.0,), PERIOD_NS)
+    entries = candidates(SweepEnvelope(rests_mpa=(0.2, 0.3)), (5.0,), PERIOD_NS)
     chosen = [entries[0], entries[-1]]
     (tmp_path / "made.yaml").write_text(sweep_text("made", chosen))
     again = expand(load_sweep(tmp_path / "made.yaml"), PERIOD_NS)
@@ -221,14 +221,14 @@ def late(stage: str, seconds: float, probability: float, factor: str = PRESSURES
 
 def test_effects_that_share_a_stage_keep_their_names(rig: RehearsedRig) -> None:
     rivals = [late("delay", 0.02, 0.5), replace(late("valve_lag", 0.02, 0.5), effect="supply_droop")]
-    found = next_experiment(rivals, rig, Room(rests_mpa=(0.2,)), fitted())
+    found = next_experiment(rivals, rig, SweepEnvelope(rests_mpa=(0.2,)), fitted())
     assert found is not None
     assert set(found.separates) == {"delay", "supply_droop"}
 
 
 def test_a_delay_and_a_lag_are_parted_by_something_fast(rig: RehearsedRig) -> None:
     rivals = [late("delay", 0.02, 0.5), late("valve_lag", 0.02, 0.5)]
-    found = next_experiment(rivals, rig, Room(rests_mpa=(0.2,)), fitted())
+    found = next_experiment(rivals, rig, SweepEnvelope(rests_mpa=(0.2,)), fitted())
     assert found is not None
     assert set(found.separates) == {"delay", "valve_lag"}
     assert 0.0 < found.nats <= found.entropy == pytest.approx(np.log(2.0))
@@ -259,7 +259,7 @@ def test_rough_laws_and_a_long_session_promise_less(rig: RehearsedRig) -> None:
 @pytest.mark.parametrize("seconds", [0.001, 0.0015, 0.002])
 def test_the_confidence_that_is_promised_is_that_of_the_mean_record(rig: RehearsedRig, seconds: float) -> None:
     rivals = [late("delay", seconds, 0.5), late("valve_lag", seconds, 0.5)]
-    found = next_experiment(rivals, rig, Room(rests_mpa=(0.2,)), fitted())
+    found = next_experiment(rivals, rig, SweepEnvelope(rests_mpa=(0.2,)), fitted())
     assert found is not None
     drawn = np.random.default_rng(1).standard_normal(200_000)
     posterior = 1.0 / (1.0 + np.exp(-0.5 * found.weakest**2 - found.weakest * drawn))
@@ -286,16 +286,16 @@ def test_a_long_record_that_tells_enough_is_not_passed_over_for_a_short_one_that
 def test_an_experiment_keeps_the_joint_where_it_may_be(rig: RehearsedRig) -> None:
     rivals, limits = [late("delay", 0.08, 0.5), late("valve_lag", 0.08, 0.5)], (-20.0, 20.0)
     moved: list[float] = []
-    for room in (Room(rests_mpa=(0.2,)), Room(rests_mpa=(0.2,), angle_deg=limits)):
-        found = next_experiment(rivals, rig, room, fitted())
+    for envelope in (SweepEnvelope(rests_mpa=(0.2,)), SweepEnvelope(rests_mpa=(0.2,), angle_deg=limits)):
+        found = next_experiment(rivals, rig, envelope, fitted())
         assert found is not None
         moved.append(max(np.abs(base).max() for base in rehearse(rig, planned(found.entries, PERIOD_NS)).base))
     assert moved[1] <= limits[1] < moved[0]
-    assert next_experiment(rivals, rig, Room(rests_mpa=(0.2,), angle_deg=(-0.1, 0.1)), fitted()) is None
+    assert next_experiment(rivals, rig, SweepEnvelope(rests_mpa=(0.2,), angle_deg=(-0.1, 0.1)), fitted()) is None
 
 
 def test_where_the_simulator_moves_further_than_is_expected_it_counts(rig: RehearsedRig) -> None:
-    pool = candidates(Room(rests_mpa=(0.15,)), (10.0,), PERIOD_NS)
+    pool = candidates(SweepEnvelope(rests_mpa=(0.15,)), (10.0,), PERIOD_NS)
     expected, simulator = rehearse(rig, planned(pool, PERIOD_NS)), load_model(CONFIGS / "models" / "simulated.yaml")
     alone, both = (within(expected, (-60.0, 60.0), known) for known in (None, simulator))
     reach = {k: float(np.abs(simulate(simulator, expected.pairs[k].raw).angle_deg).max()) for k in alone}
@@ -317,4 +317,4 @@ def test_where_the_simulator_moves_further_than_is_expected_it_counts(rig: Rehea
     ids=["nothing", "one", "settled", "the same twice", "one on each factor", "a first and a second cause"],
 )
 def test_where_nothing_is_open_no_experiment_is_recommended(rig: RehearsedRig, rivals: list[Hypothesis]) -> None:
-    assert next_experiment(rivals, rig, Room(rests_mpa=(0.2,)), fitted()) is None
+    assert next_experiment(rivals, rig, SweepEnvelope(rests_mpa=(0.2,)), fitted()) is None

@@ -18,7 +18,7 @@ from rig.excite.experiment import Entry, Timing
 from rig.excite.signals import Sine
 from rig.gap.hypotheses.inverse_problems import ANGLE, parts_of_pressures, pressure_forward
 from rig.gap.hypotheses.library import LIBRARY
-from rig.gap.plan.candidates import Room, planned
+from rig.gap.plan.candidates import SweepEnvelope, planned
 from rig.gap.plan.capability import capability
 from rig.gap.plan.directions import columns, usual_directions
 from rig.gap.plan.information import Information, inform, separations
@@ -185,7 +185,7 @@ def test_what_is_slow_is_given_longer_records(known: RehearsedRig) -> None:
         Hypothesis(ANGLE, Applied("sensor_gain", {"gain": -0.04}), 0.5, {"gain": 0.01}),
         Hypothesis(ANGLE, slow, 0.5, {"share": 0.01, "tau_s": 3.0}),
     ]
-    found = next_experiment(rivals, known, Room(rests_mpa=(0.2,)), fitted())
+    found = next_experiment(rivals, known, SweepEnvelope(rests_mpa=(0.2,)), fitted())
     assert found is not None
     assert max(entry.timing.duration_s for entry in found.entries) > 10.0
     assert found.seconds <= 60.0

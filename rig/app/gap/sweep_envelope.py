@@ -5,17 +5,17 @@ from dataclasses import replace
 from pathlib import Path
 
 from rig.app.shipped import find_config
-from rig.gap.plan.candidates import Room
+from rig.gap.plan.candidates import SweepEnvelope
 from rig.rig_config import load_rig
 
 
-def room_of(rig: Path | None) -> Room:
+def envelope_of(rig: Path | None) -> SweepEnvelope:
     """What the rig's YAML allows planned records; careful bounds without one."""
     if rig is None:
-        return Room()
+        return SweepEnvelope()
     limits = load_rig(find_config(rig, "rigs")).limits
     low, high = limits.pressure_mpa
-    careful = Room()
+    careful = SweepEnvelope()
     return replace(
         careful,
         pressure_mpa=(max(low, careful.pressure_mpa[0]), min(high, careful.pressure_mpa[1])),
