@@ -102,7 +102,7 @@ UNSURE_ROUNDS = 4
 """How often what is unsure of a simulator is taken anew beside a cause at most; once or twice is usual."""
 UNSURE_STANDS = 0.1
 """The patterns of the simulator's unsure numbers are taken anew (linearised) until their relative sizes change by less
-than this. Where they never do, those without a change are kept: farther off a linear pattern says nothing."""
+than this; where they never do, those without a change are kept."""
 FASTEST_REGULATOR = 0.1
 """Of the simulator's, the least time constant that is tried: no rig of a build is ten times as fast as another."""
 FIRST_LAW_SHARE = 0.3
@@ -110,8 +110,7 @@ FIRST_LAW_SHARE = 0.3
 LAG_SAID = 0.5
 """Unsure lags of more than this share of the simulator's step are said."""
 RUNS_OFF = 1.0
-"""A simulator that is off by more than so many times what the joint moves (rms) does not follow it at all: beyond 1, it
-says less than the mean angle does."""
+"""A simulator that is off by more than so many times what the joint moves (rms) says less than the mean angle does."""
 OUTSIDE_SEEN = 0.1
 """Share of the drive's span by which records may leave what the fingerprint has seen before it is said."""
 USUAL_HZ = 0.8
