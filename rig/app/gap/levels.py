@@ -92,7 +92,7 @@ def calibrate(plan: FittingPlan, report: Callable[[int], None] = lambda done: No
     rigs = [case for sheet in sheets for case in sheet]
     with executor(None, plan.workers) as pool:
         models = list(reported(pool.map(identified, rigs), report, 0))
-        sisters = [models[next_of(k, sheets)] for k in range(len(rigs))]
+        sisters = [models[_next_of(k, sheets)] for k in range(len(rigs))]
         found = pool.map(healthy_days, zip(rigs, models, sisters, strict=True))
         days = [day for some in reported(found, report, len(rigs)) for day in some]
         names = list(dict.fromkeys(day.reference for day in days))
@@ -229,7 +229,7 @@ def first_cases(family: str, plan: FittingPlan) -> list[Case]:
     return sheet[::CASES_PER_UNIT]
 
 
-def next_of(k: int, sheets: Sequence[Sequence[Case]]) -> int:
+def _next_of(k: int, sheets: Sequence[Sequence[Case]]) -> int:
     """The index, over all families, of another unit of the same build."""
     start = 0
     for sheet in sheets:

@@ -233,20 +233,19 @@ def usual(
     As much of them is no gap where nothing but a simulator stands for the rig.
     """
     from rig.app.gap.levels import FittingPlan, known_families, write
-    from rig.app.gap.study.usual import STEPS, with_usual
+    from rig.app.gap.study.usual import with_usual
     from rig.app.terminal import progress
     from rig.config import unstructure
     from rig.gap.settings import PRIORS, fitted
 
     plan = FittingPlan(known_families(families, left_out), units, seed, workers)
-    total = STEPS * units * len(plan.families)
+    total = units * len(plan.families)
     with progress("rigs", total) as update:
         levels, found = with_usual(fitted(priors or PRIORS), plan, lambda done: update(done, f"{done} of {total}"))
     write(levels, output)
-    for name, shares in found.items():
-        each = [] if shares is None else [f"{effect} {100 * scale:.1f} %" for effect, scale in shares.scales.items()]
-        console(json_to).print(f"{name}: {', '.join(each) or 'nothing'} of what moves (rms)")
-    emit(unstructure(found), json_to)
+    each = [] if found is None else [f"{effect} {100 * scale:.1f} %" for effect, scale in found.scales.items()]
+    console(json_to).print(f"{output}: {', '.join(each) or 'nothing'} of what moves (rms)")
+    emit({} if found is None else unstructure(found), json_to)
 
 
 @study.command(short_help="Fit how sure names are.")

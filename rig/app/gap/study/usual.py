@@ -1,14 +1,15 @@
-"""What `pamrig gap study usual` does: what a simulator usually lacks of a healthy rig, its own or a sister, from
-healthy days of development units of several plant families.
+"""What `pamrig gap study usual` does: what a simulator's class usually lacks of a healthy rig, from healthy days of
+development units of several plant families beside each unit's own simulator.
 
-Beside a simulator alone, each effect of the library is asked how much of a healthy day it would explain.
+Each effect of the library is asked how much of such a day it would explain. Beside another rig's simulator days show as
+well what rigs of a build differ by; that is the levels' matter, and the class lacks no more there.
 """
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 from hil.reference.cases import Case
-from rig.app.gap.levels import FittingPlan, days_of, first_cases, identified, next_of, origin, reported
+from rig.app.gap.levels import FittingPlan, days_of, first_cases, identified, origin, reported
 from rig.errors import ModelError
 from rig.gap.evidence.posterior import Posterior, judge
 from rig.gap.hypotheses.inverse_problems import angle_problem, pressure_problem
@@ -18,72 +19,62 @@ from rig.gap.records.pairs import pair_up
 from rig.gap.reference.build import SISTER, Kind, expect
 from rig.gap.reference.own_days import pressure_days
 from rig.gap.settings import Fitted, UsualShares
-from rig.gap.usual import Shown, fit_usual
+from rig.gap.usual import Factors, Shown, fit_usual
 from rig.model.parameters import Model
 from rig.parallel import executor
+from rig.record import Record
 
 DAYS = (1, 4)
 """Healthy days after the first, on which the unit is identified."""
-STEPS = 2
-"""Rounds over the rigs: identified, their days."""
+REFERENCES = (Kind.SIMULATOR.value, SISTER)
+"""Beside which it is usual."""
 
 
 @dataclass(frozen=True)
-class HealthyDay:
-    """What each effect would explain of one healthy day beside a simulator."""
+class _Asked:
+    """One unit, and by what it is judged."""
 
-    family: str
-    reference: str
-    factors: tuple[Mapping[str, Shown], Mapping[str, Shown]]
-    """Of the pressures and of the angle."""
+    case: Case
+    settings: Fitted
 
 
 def with_usual(
     levels: Fitted, plan: FittingPlan, report: Callable[[int], None] = lambda done: None
-) -> tuple[Fitted, dict[str, UsualShares | None]]:
+) -> tuple[Fitted, UsualShares | None]:
     """The levels with what simulators usually lack of these families' rigs, judged by the same levels; `report` is told
-    how many of STEPS times the rigs are done."""
-    sheets = [first_cases(name, plan) for name in plan.families]
-    rigs = [case for sheet in sheets for case in sheet]
+    how many rigs are done."""
+    without = {name: replace(one, usual=None) for name, one in levels.levels.items()}
+    bare = replace(levels, levels=without)
+    rigs = [_Asked(case, bare) for name in plan.families for case in first_cases(name, plan)]
     with executor(None, plan.workers) as pool:
-        models = list(reported(pool.map(identified, rigs), report, 0))
-        asked = [(case, models[k], models[next_of(k, sheets)], levels) for k, case in enumerate(rigs)]
-        days = [day for some in reported(pool.map(_of_rig, asked), report, len(rigs)) for day in some]
-    found = {name: _fitted(days, name, levels) for name in (Kind.SIMULATOR.value, SISTER)}
-    changed = {name: replace(levels.levels[name], usual=shares) for name, shares in found.items()}
+        days = list(reported(pool.map(_of_rig, rigs), report, 0))
+    told = [(rig.case.family, day) for rig, some in zip(rigs, days, strict=True) for day in some]
+    found = fit_usual([[day for family, day in told if family == name] for name in plan.families], levels.prior)
     command = f"pamrig gap study usual --units {plan.units} --seed {plan.seed}"
-    made = origin(command, [plan.seed], plan.families, f"{len(rigs)} rigs, {len(rigs) * len(DAYS)} healthy days")
-    provenance = levels.provenance.renewed({f"levels.{name}.usual": made for name in found})
+    made = origin(command, [plan.seed], plan.families, f"{len(rigs)} rigs, {len(told)} healthy days")
+    changed = {name: replace(levels.levels[name], usual=found) for name in REFERENCES}
+    provenance = levels.provenance.renewed({f"levels.{name}.usual": made for name in REFERENCES})
     return replace(levels, levels={**levels.levels, **changed}, provenance=provenance), found
 
 
-def _fitted(days: Sequence[HealthyDay], reference: str, levels: Fitted) -> UsualShares | None:
-    told = [day for day in days if day.reference == reference]
-    families = dict.fromkeys(day.family for day in told)
-    return fit_usual([[day.factors for day in told if day.family == name] for name in families], levels.prior)
-
-
-def _of_rig(rig: tuple[Case, Model, Model, Fitted]) -> list[HealthyDay]:
-    """The unit's days beside both simulators; one that runs away under them tells nothing."""
-    case, own, sister, levels = rig
-    bare = {name: replace(one, usual=None) for name, one in levels.levels.items()}
-    return list(_shown(case, [(False, own), (True, sister)], replace(levels, levels=bare)))
-
-
-def _shown(case: Case, simulators: Sequence[tuple[bool, Model]], settings: Fitted) -> Iterator[HealthyDay]:
-    effects = [effect for effect in chosen(None) if not effect.signature]
-    days = days_of(case)
+def _of_rig(asked: _Asked) -> list[Factors]:
+    """What each effect would explain of the unit's days, on the pressures and on the angle; a simulator that runs away
+    under them tells nothing."""
+    model, days, found = identified(asked.case), days_of(asked.case), []
     for number in DAYS:
-        for is_sister, model in simulators:
-            bare = replace(model, fingerprint=None)
-            try:
-                expected = expect(Kind.SIMULATOR, is_sister, bare, pair_up(days[number], [], model.p0_mpa))
-            except ModelError:
-                continue
-            ahead = judge(effects, pressure_problem(expected, settings))
-            read = expected_given(ahead, NONE, expected, pressure_days(expected.contexts), settings)
-            behind = judge(effects, angle_problem(read, settings))
-            yield HealthyDay(case.family, expected.levels, (_each(ahead), _each(behind)))
+        try:
+            found.append(_shown(replace(model, fingerprint=None), days[number], asked.settings))
+        except ModelError:
+            continue
+    return found
+
+
+def _shown(model: Model, day: Sequence[Record], settings: Fitted) -> Factors:
+    effects = [effect for effect in chosen(None) if not effect.signature]
+    expected = expect(Kind.SIMULATOR, False, model, pair_up(day, [], model.p0_mpa))
+    ahead = judge(effects, pressure_problem(expected, settings))
+    read = expected_given(ahead, NONE, expected, pressure_days(expected.contexts), settings)
+    return _each(ahead), _each(judge(effects, angle_problem(read, settings)))
 
 
 def _each(posterior: Posterior) -> dict[str, Shown]:
