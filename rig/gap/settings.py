@@ -197,17 +197,17 @@ class BuildSpread:
 
 
 @dataclass(frozen=True)
-class UsualShares:
-    """How much of an effect a simulator's class usually lacks of a healthy rig, as a share of what moves anyhow (rms):
-    half of a normal distribution; fitted by `pamrig gap study usual` (docs/decisions/0638)."""
+class UsualSizes:
+    """How much of an effect a simulator's class usually lacks of a healthy rig, by what that does to the angle, in
+    floors: half of a normal distribution; fitted by `pamrig gap study usual` (docs/decisions/0638)."""
 
     scales: Mapping[str, float] = field(hash=False)
     """Effect -> scale. Less: a healthy rig that has a little more of it is given a cause. More: as much is no gap.
     Effects that are not here are a gap at any size."""
 
-    def log_density(self, effect: str, share: float) -> float:
-        """Of the logarithm of a share."""
-        ratio = share / self.scales[effect]
+    def log_density(self, effect: str, floors: float) -> float:
+        """Of the logarithm of a size."""
+        ratio = floors / self.scales[effect]
         return math.log(ratio) + 0.5 * math.log(2.0 / math.pi) - 0.5 * ratio**2
 
 
@@ -244,7 +244,7 @@ class Levels:
     odds: Odds = Odds()
     builds: BuildSpread | None = None
     """Of what a simulator's class misses of the pressures; None: as much of every build."""
-    usual: UsualShares | None = None
+    usual: UsualSizes | None = None
     """What a simulator's class lacks of healthy rigs; None: nothing."""
 
 

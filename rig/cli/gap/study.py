@@ -243,8 +243,8 @@ def usual(
     with progress("rigs", total) as update:
         levels, found = with_usual(fitted(priors or PRIORS), plan, lambda done: update(done, f"{done} of {total}"))
     write(levels, output)
-    each = [] if found is None else [f"{effect} {100 * scale:.1f} %" for effect, scale in found.scales.items()]
-    console(json_to).print(f"{output}: {', '.join(each) or 'nothing'} of what moves (rms)")
+    each = [] if found is None else [f"{effect} {scale:.2g}" for effect, scale in found.scales.items()]
+    console(json_to).print(f"{output}: {', '.join(each) or 'nothing'} (floors of the angle, rms)")
     emit({} if found is None else unstructure(found), json_to)
 
 

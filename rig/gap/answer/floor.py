@@ -5,6 +5,7 @@ from functools import partial
 
 import numpy as np
 
+from rig.gap.hypotheses.inverse_problems import floor_deg
 from rig.gap.reference.build import Expected, Kind, rms_of
 from rig.gap.reference.own_days import angle_days, own_floor
 from rig.gap.reference.unrepeated import Unrepeated, of_contexts
@@ -27,8 +28,7 @@ class Floor:
 def floor_of(expected: Expected, settings: Fitted) -> Floor:
     """What is usual, or what the rig's own days differ by, and no less than what the reference is known to miss, of the
     angle and through the pressures, or than what the rig does not repeat."""
-    moves_deg = float(np.ptp(np.concatenate([context.reference.angle_deg for context in expected.contexts])))
-    usual = settings.levels[expected.levels].commanded_floor * moves_deg
+    usual = floor_deg(expected, settings)
     commanded = partial(angle_days, response=expected.response, driven=False)
     own = own_floor(usual, commanded(expected.contexts), np.concatenate([pair.used for pair in expected.pairs]))
     known = float(np.hypot(expected.missed_deg, _through_pressures(expected)))

@@ -7,7 +7,7 @@ from types import MappingProxyType
 
 import numpy as np
 
-from rig.gap.evidence.usual_shares import Usual, nothing
+from rig.gap.evidence.usual_sizes import Usual, nothing
 from rig.gap.hypotheses.fit import Fit, ForwardModel, fit_effect, settled
 from rig.gap.hypotheses.inverse_problems import InverseProblem
 from rig.gap.hypotheses.law_errors import rough_law, rough_lines

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from rig.gap.evidence.posterior import LEAST_CHANCE, Posterior, acting, judge
-from rig.gap.evidence.usual_shares import Usual, log_usual
+from rig.gap.evidence.usual_sizes import Usual, log_usual
 from rig.gap.hypotheses.fit import Fit, refit
 from rig.gap.hypotheses.given import forward_given, problem_given
 from rig.gap.hypotheses.library import NONE, UNKNOWN, Effect
@@ -59,9 +59,9 @@ def with_second(effects: Sequence[Effect], alone: Posterior, said: Mapping[str, 
 
 def _explanations(first: Fit, second: Posterior, effects: int) -> Iterator[_Two]:
     """By two of so many effects: both a gap, or one of them as large as is usual of a simulator."""
-    prior, shares = first.forward.prior, first.forward.usual
+    prior = first.forward.prior
     if second.fit is not None and second.beside <= EVEN_CHANCE:
-        beside, usual = second.fit.log_evidence, log_usual(first, effects, shares)
+        beside, usual = second.fit.log_evidence, log_usual(first, effects, first.forward.usual)
         yield _Two(_of_both(first, beside + prior.log_beside), first, second)
         if math.isfinite(usual):
             yield _Two(_of_both(first, beside + usual), first, second, first.effect.name)

@@ -29,7 +29,7 @@ from rig.gap.settings import (
     WIDTH_SHARES,
     Odds,
     Prior,
-    UsualShares,
+    UsualSizes,
 )
 from rig.identify.response.descent import Descent, descend
 from rig.model.effect_stages import EFFECT_STAGES
@@ -56,7 +56,9 @@ class ForwardModel:
     """Rms of what the factor's columns do without any cause: sizes of changes are seen against it."""
     prior: Prior
     odds: Odds
-    usual: UsualShares | None = None
+    floors_at_joint: Callable[[Column], float]
+    """What a change of the factor's columns (n,) does to the angle: rms, in floors of the angle under the commands."""
+    usual: UsualSizes | None = None
     """What a simulator lacks of healthy rigs."""
     unsure: "UncertainParameters | None" = None
     """What is unsure of the reference and may be far off."""
@@ -158,6 +160,11 @@ class Fit:
     def share(self) -> float:
         """What it changes, as a share of what moves without any cause (rms)."""
         return self.forward.share_of(self.change)
+
+    @property
+    def floors(self) -> float:
+        """What it does to the angle, in floors (rms)."""
+        return max(self.forward.floors_at_joint(self.change), 1e-9)
 
     @property
     def fixed(self) -> dict[str, float]:

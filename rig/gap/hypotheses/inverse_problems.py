@@ -18,7 +18,7 @@ from rig.gap.hypotheses.library import Law
 from rig.gap.hypotheses.retuned import unsure_regulators
 from rig.gap.hypotheses.scales import law_scales
 from rig.gap.likelihood.lines import Lines
-from rig.gap.reference.build import Expected, Kind
+from rig.gap.reference.build import Expected, Kind, rms_of
 from rig.gap.reference.expectation import VISCOUS, Factor, Parts, angle_parts, mean_doubt, motion_doubt, pressure_parts
 from rig.gap.reference.fast import doubt, known_by_hz
 from rig.gap.reference.own_days import angle_days, own_factor, pressure_days
@@ -114,8 +114,9 @@ def pressure_forward(expected: Expected, settings: Fitted, whole: Expected | Non
     scales = law_scales((whole or expected).contexts, expected.response.tau0_s)
     change = pressure_change(expected.contexts, expected.response)
     forward = ForwardModel(
-        factor, change, expected.response, scales, moving, settings.prior, reference_levels.odds, reference_levels.usual
-    )
+        factor, change, expected.response, scales, moving, settings.prior, reference_levels.odds,
+        lambda changed: _moved_deg(expected, changed) / floor_deg(expected, settings), reference_levels.usual,
+    )  # fmt: skip
     if expected.kind is not Kind.SIMULATOR:
         return forward
     return replace(forward, unsure=unsure_regulators(expected.contexts, expected.response, parts, levels, times))
@@ -144,8 +145,28 @@ def angle_forward(expected: Expected, settings: Fitted, whole: Expected | None =
     scales = law_scales((whole or expected).contexts, expected.response.tau0_s)
     change = angle_change(contexts, base, response, expected.driven)
     return ForwardModel(
-        factor, change, response, scales, moving, settings.prior, reference_levels.odds, reference_levels.usual
-    )
+        factor, change, response, scales, moving, settings.prior, reference_levels.odds,
+        lambda changed: factor.rms(changed) / floor_deg(expected, settings), reference_levels.usual,
+    )  # fmt: skip
+
+
+def floor_deg(expected: Expected, settings: Fitted) -> float:
+    """What such references usually miss of the angle under the commands (rms)."""
+    moves_deg = float(np.ptp(np.concatenate([context.reference.angle_deg for context in expected.contexts])))
+    return settings.levels[expected.levels].commanded_floor * max(moves_deg, 1e-3)
+
+
+def _moved_deg(expected: Expected, changed: Column) -> float:
+    """What changed pressures (2 n,), valve 1 of every record and then valve 2, do to the angle (rms)."""
+    response, contexts = expected.response, expected.contexts
+    ends = np.cumsum([len(context.pair) for context in contexts] * 2)[:-1]
+    parts = np.split(changed, ends)
+    moved = []
+    for k, context in enumerate(contexts):
+        p1, p2, dt_s = context.reference.p1_mpa, context.reference.p2_mpa, context.pair.dt_s
+        there = response.angle(p1 + parts[k], p2 + parts[k + len(contexts)], dt_s)
+        moved.append(there - response.angle(p1, p2, dt_s))
+    return rms_of(moved, [context.pair for context in contexts])
 
 
 def _angle_levels(expected: Expected, levels: FactorLevels) -> FactorLevels:

@@ -9,7 +9,7 @@ import numpy as np
 from scipy.special import ndtri
 
 from rig.gap.evidence.posterior import acting
-from rig.gap.evidence.usual_shares import least_gap_share
+from rig.gap.evidence.usual_sizes import times_usual
 from rig.gap.hypotheses.inverse_problems import InverseProblem
 from rig.gap.hypotheses.library import Effect, Law
 from rig.gap.plan.directions import Direction, columns, ladder, sized, unit_of, usual_directions
@@ -123,9 +123,8 @@ def _abilities(
         nearest = min(others, key=lambda j: between[i, j]) if others else None
         share = 1.0 if nearest is None else between[i, nearest] / max(between[i, i], 1e-12)
         seen = seen_separation(prior, problem.forward.odds, first.choices, len(effects))
-        least = least_gap_share(first.effect.name, choices, problem.forward.usual, prior)
-        detectable = _size_at(problem, first, seen, least)
-        nameable = _size_at(problem, first, max(seen, named_separation(prior) / max(share, 1e-9)), least)
+        detectable = _size_at(problem, first, seen, choices)
+        nameable = _size_at(problem, first, max(seen, named_separation(prior) / max(share, 1e-9)), choices)
         rival = None if nearest is None else firsts[nearest].effect.name
         found.append(
             Ability(
@@ -135,10 +134,9 @@ def _abilities(
     return found
 
 
-def _size_at(problem: InverseProblem, direction: Direction, separation: float, least: float) -> float | None:
-    """The size of a law at which it lies that many standard deviations from nothing, and changes at `least` that share
-    of what moves anyhow: between the steps of its ladder in proportion on logarithmic axes; None where none is
-    enough."""
+def _size_at(problem: InverseProblem, direction: Direction, separation: float, effects: int) -> float | None:
+    """The size of a law at which it lies that many standard deviations from nothing, and beyond what is usual beside so
+    many effects: between the steps of its ladder in proportion on logarithmic axes; None where none is enough."""
     law: Law = direction.law
     sign = float(np.sign(direction.size)) if law.signs != (1.0,) else 1.0
     sizes, far = [], []
@@ -146,8 +144,7 @@ def _size_at(problem: InverseProblem, direction: Direction, separation: float, l
         change = sized(law, next(law.shapes_in(problem.forward.scales)), size, problem)
         if change is not None:
             sizes.append(size)
-            unusual = problem.forward.share_of(change) / least if least > 0.0 else np.inf
-            far.append(min(_distance(problem, change) / separation, unusual))
+            far.append(min(_distance(problem, change) / separation, _times_usual(problem, direction, change, effects)))
     order = np.argsort(far)
     reach, at = np.array(far)[order], np.array(sizes)[order]
     if not len(reach) or reach[-1] < 1.0:
@@ -158,6 +155,12 @@ def _size_at(problem: InverseProblem, direction: Direction, separation: float, l
     low, high = max(reach[k - 1], 1e-12), max(reach[k], 1e-12)
     part = float(-np.log(low) / max(np.log(high / low), 1e-12)) if reach[k - 1] > 0.0 else 1.0
     return float(at[k - 1] + np.clip(part, 0.0, 1.0) * (at[k] - at[k - 1]))
+
+
+def _times_usual(problem: InverseProblem, direction: Direction, change: Column, effects: int) -> float:
+    forward, name = problem.forward, direction.effect.name
+    share, floors = forward.share_of(change), max(forward.floors_at_joint(change), 1e-9)
+    return times_usual(name, share, floors, effects, forward.usual, forward.prior)
 
 
 def _distance(problem: InverseProblem, change: Column) -> float:

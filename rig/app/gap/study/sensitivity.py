@@ -22,7 +22,7 @@ from rig.errors import RigError
 from rig.gap import settings
 from rig.gap.answer.facts import Verdict
 from rig.gap.diagnosis import diagnose_with_grounds
-from rig.gap.settings import BuildSpread, FactorLevels, Fitted, Levels, Odds, Prior, UsualShares, fitted
+from rig.gap.settings import BuildSpread, FactorLevels, Fitted, Levels, Odds, Prior, UsualSizes, fitted
 from rig.model.parameters import Model
 from rig.parallel import each, executor
 from rig.record import Record
@@ -168,7 +168,7 @@ def _moved_levels(levels: Levels, part: str, name: str, factor: float) -> Levels
     if part == "usual":
         scales = {} if levels.usual is None else dict(levels.usual.scales)
         moved = {effect: scale * factor if effect == name else scale for effect, scale in scales.items()}
-        return levels if levels.usual is None else replace(levels, usual=UsualShares(moved))
+        return levels if levels.usual is None else replace(levels, usual=UsualSizes(moved))
     if part == "odds":
         return replace(levels, odds=replace(levels.odds, **{name: getattr(levels.odds, name) * factor}))
     mine: FactorLevels = getattr(levels, part)

@@ -18,7 +18,7 @@ from rig.gap.pipeline import expected_given
 from rig.gap.records.pairs import pair_up
 from rig.gap.reference.build import SISTER, Kind, expect
 from rig.gap.reference.own_days import pressure_days
-from rig.gap.settings import Fitted, UsualShares
+from rig.gap.settings import Fitted, UsualSizes
 from rig.gap.usual import Factors, Shown, fit_usual
 from rig.model.parameters import Model
 from rig.parallel import executor
@@ -40,7 +40,7 @@ class _Asked:
 
 def with_usual(
     levels: Fitted, plan: FittingPlan, report: Callable[[int], None] = lambda done: None
-) -> tuple[Fitted, UsualShares | None]:
+) -> tuple[Fitted, UsualSizes | None]:
     """The levels with what simulators usually lack of these families' rigs, judged by the same levels; `report` is told
     how many rigs are done."""
     without = {name: replace(one, usual=None) for name, one in levels.levels.items()}
@@ -79,4 +79,4 @@ def _shown(model: Model, day: Sequence[Record], settings: Fitted) -> Factors:
 
 def _each(posterior: Posterior) -> dict[str, Shown]:
     bare = posterior.plain.factor.healthy.log_density(posterior.plain.factor.gap_lines)
-    return {name: Shown(fit.log_evidence - bare, fit.share) for name, fit in posterior.fits.items()}
+    return {name: Shown(fit.log_evidence - bare, fit.share, fit.floors) for name, fit in posterior.fits.items()}

@@ -14,18 +14,18 @@ from rig.gap.answer.observations import USUAL
 from rig.gap.answer.words.sentences import answers
 from rig.gap.diagnosis import diagnose_with_grounds
 from rig.gap.evidence.posterior import Posterior
-from rig.gap.evidence.usual_shares import least_gap_share, nothing
+from rig.gap.evidence.usual_sizes import nothing, times_usual
 from rig.gap.hypotheses.library import NONE, chosen
 from rig.gap.pipeline import Question, weigh
 from rig.gap.plan.capability import capability
 from rig.gap.records.pairs import pair_up
 from rig.gap.reference.build import Kind, expect
-from rig.gap.settings import Fitted, UsualShares, fitted
+from rig.gap.settings import Fitted, UsualSizes, fitted
 from rig.gap.usual import Factors, Shown, fit_usual
 from rig.model.parameters import AddedEffect
 
 FEW = ("valve_dead_band", "delay", "valve_gain", "sensor_gain", "inertia")
-HOLD = UsualShares({"valve_dead_band": 0.05})
+HOLD = UsualSizes({"valve_dead_band": 0.8})
 LOUD = AddedEffect("valve_gain", {"gain": 0.12})
 
 
@@ -33,21 +33,21 @@ def held(width_mpa: float) -> AddedEffect:
     return AddedEffect("valve_dead_band", {"width_mpa": width_mpa, "edge": 1.0})
 
 
-def settings(usual: UsualShares | None) -> Fitted:
+def settings(usual: UsualSizes | None) -> Fitted:
     known = fitted()
     return replace(known, levels={name: replace(one, usual=usual) for name, one in known.levels.items()})
 
 
-def pressures(usual: UsualShares | None, *effects: AddedEffect) -> Sequence[Posterior]:
+def pressures(usual: UsualSizes | None, *effects: AddedEffect) -> Sequence[Posterior]:
     """What competes on the pressures of a rig with these effects beside its own simulator."""
     asked = Question(model(), session(61, *effects), [], Kind.SIMULATOR, library=FEW, settings=settings(usual))
     return [one for one in weigh(asked)[2] if one.problem.name == "pressures"]
 
 
-@pytest.mark.parametrize("scale", [0.01, 0.1])
-def test_a_usual_share_is_somewhere(scale: float) -> None:
-    shares = UsualShares({"delay": scale})
-    whole, _ = quad(lambda log: math.exp(shares.log_density("delay", math.exp(log))), -25.0, 10.0, limit=200)
+@pytest.mark.parametrize("scale", [0.1, 1.0])
+def test_a_usual_size_is_somewhere(scale: float) -> None:
+    sizes = UsualSizes({"delay": scale})
+    whole, _ = quad(lambda log: math.exp(sizes.log_density("delay", math.exp(log))), -25.0, 10.0, limit=200)
     assert whole == pytest.approx(1.0, abs=1e-3)
 
 
@@ -100,22 +100,23 @@ def days(random: np.random.Generator, scale: float, families: int) -> list[list[
     """Healthy days of families that show a lag as much as half of a normal distribution has it, and no delay."""
     prior, found = fitted().prior, []
     for _ in range(families):
-        share = abs(scale * random.standard_normal())
+        floors = abs(scale * random.standard_normal())
+        share = 0.1 * floors
         # seen as plainly as its size allows: a likelihood of a normal width of 0.2 % of the motion
         nats = 0.5 * (share / 0.002) ** 2 + prior.log_density(share) + math.log(0.002 / share)
-        found.append([({"valve_lag": Shown(nats, share), "delay": Shown(-4.0, 0.01)}, {})])
+        found.append([({"valve_lag": Shown(nats, share, floors), "delay": Shown(-4.0, 0.01, 0.1)}, {})])
     return found
 
 
 def test_the_scale_of_what_healthy_rigs_show_is_found_again() -> None:
-    shares = fit_usual(days(np.random.default_rng(5), 0.04, 60), fitted().prior)
-    assert shares is not None
-    assert set(shares.scales) == {"valve_lag"}
-    assert shares.scales["valve_lag"] == pytest.approx(0.04, rel=0.35)
+    sizes = fit_usual(days(np.random.default_rng(5), 0.4, 60), fitted().prior)
+    assert sizes is not None
+    assert set(sizes.scales) == {"valve_lag"}
+    assert sizes.scales["valve_lag"] == pytest.approx(0.4, rel=0.35)
 
 
 def test_where_no_healthy_rig_shows_anything_nothing_is_usual() -> None:
-    quiet: list[list[Factors]] = [[({"delay": Shown(-4.0, 0.01)}, {"inertia": Shown(-3.0, 0.02)})]] * 5
+    quiet: list[list[Factors]] = [[({"delay": Shown(-4.0, 0.01, 0.1)}, {"inertia": Shown(-3.0, 0.02, 0.2)})]] * 5
     assert fit_usual(quiet, fitted().prior) is None
 
 
@@ -124,7 +125,7 @@ def test_a_size_that_is_usual_is_none_that_a_rig_can_tell() -> None:
     expected = expect(Kind.SIMULATOR, False, model(), pair_up(session(61), [], model().p0_mpa))
     effects = [effect for effect in chosen(None) if effect.name in FEW]
 
-    def detectable(usual: UsualShares | None) -> dict[str, float | None]:
+    def detectable(usual: UsualSizes | None) -> dict[str, float | None]:
         return {one.effect: one.detectable for one in capability(expected, effects, settings(usual)).abilities}
 
     bare, usual = detectable(None), detectable(HOLD)
@@ -136,8 +137,10 @@ def test_a_size_that_is_usual_is_none_that_a_rig_can_tell() -> None:
 
 
 @pytest.mark.parametrize("effects", [5, 12])
-def test_from_its_least_share_on_an_effect_is_a_gap(effects: int) -> None:
-    least = least_gap_share("valve_dead_band", effects, HOLD, fitted().prior)
-    assert 2.0 < least / HOLD.scales["valve_dead_band"] < 5.0
-    assert least_gap_share("delay", effects, HOLD, fitted().prior) == 0.0
-    assert least_gap_share("delay", effects, None, fitted().prior) == 0.0
+def test_so_many_times_the_largest_usual_size_is_a_gap(effects: int) -> None:
+    prior = fitted().prior
+    once = times_usual("valve_dead_band", 0.05, 0.8, effects, HOLD, prior)
+    assert 0.2 < once < 0.6, "a scale is usual"
+    assert times_usual("valve_dead_band", 0.1, 1.6, effects, HOLD, prior) == pytest.approx(2.0 * once, rel=0.05)
+    assert times_usual("delay", 0.05, 0.3, effects, HOLD, prior) == math.inf
+    assert times_usual("delay", 0.05, 0.3, effects, None, prior) == math.inf

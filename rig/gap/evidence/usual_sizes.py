@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from rig.gap.hypotheses.fit import Fit
-from rig.gap.settings import Prior, UsualShares
+from rig.gap.settings import Prior, UsualSizes
 
 
 @dataclass(frozen=True)
@@ -33,10 +33,10 @@ class Nothing:
     """What is likeliest to be there at a usual size, where that is likelier than that nothing is."""
 
 
-def nothing(log_bare: float, fits: Mapping[str, Fit], effects: int, shares: UsualShares | None) -> Nothing:
+def nothing(log_bare: float, fits: Mapping[str, Fit], effects: int, usual: UsualSizes | None) -> Nothing:
     """That nothing acts, where it has this log evidence with nothing usual either, its prior odds included, and so many
     effects could be a gap."""
-    logs = {name: fit.log_evidence + log_usual(fit, effects, shares) for name, fit in fits.items()}
+    logs = {name: fit.log_evidence + log_usual(fit, effects, usual) for name, fit in fits.items()}
     total = float(np.logaddexp.reduce([log_bare, *logs.values()]))
     likeliest = max(logs, key=lambda name: logs[name], default="")
     if not likeliest or logs[likeliest] <= log_bare:
@@ -44,22 +44,23 @@ def nothing(log_bare: float, fits: Mapping[str, Fit], effects: int, shares: Usua
     return Nothing(total, Usual(likeliest, math.exp(logs[likeliest] - total)))
 
 
-def log_usual(fit: Fit, effects: int, shares: UsualShares | None) -> float:
+def log_usual(fit: Fit, effects: int, usual: UsualSizes | None) -> float:
     """ln of how much likelier it is beforehand that an effect is there at a usual size than that it is a gap of that
     size, as one of so many effects."""
-    return -math.inf if shares is None else _log_usual(fit.effect.name, fit.share, effects, shares, fit.forward.prior)
-
-
-def _log_usual(name: str, share: float, effects: int, shares: UsualShares, prior: Prior) -> float:
-    if name not in shares.scales:
+    if usual is None or fit.effect.name not in usual.scales:
         return -math.inf
-    return math.log(effects / len(shares.scales)) + shares.log_density(name, share) - prior.log_density(share)
+    return _log_usual(fit.effect.name, fit.share, fit.floors, effects, usual, fit.forward.prior)
 
 
-def least_gap_share(name: str, effects: int, shares: UsualShares | None, prior: Prior) -> float:
-    """The share of what moves anyhow (rms) from which on an effect, one of so many, is likelier a gap than usual; 0
-    where none of it is usual."""
-    if shares is None or name not in shares.scales:
-        return 0.0
-    tried = np.geomspace(1e-4, 3.0, 400).tolist()
-    return max((share for share in tried if _log_usual(name, share, effects, shares, prior) > 0.0), default=0.0)
+def _log_usual(name: str, share: float, floors: float, effects: int, usual: UsualSizes, prior: Prior) -> float:
+    return math.log(effects / len(usual.scales)) + usual.log_density(name, floors) - prior.log_density(share)
+
+
+def times_usual(name: str, share: float, floors: float, effects: int, usual: UsualSizes | None, prior: Prior) -> float:
+    """How many times as large a change is, which makes up a share of what moves anyhow and so many floors of the angle,
+    as the largest of its kind that is likelier usual than a gap; infinite where none of it is usual."""
+    if usual is None or name not in usual.scales:
+        return math.inf
+    tried = np.geomspace(1e-3, 1e3, 600).tolist()
+    within = [k for k in tried if _log_usual(name, k * share, k * floors, effects, usual, prior) > 0.0]
+    return 1.0 / max(within) if within else math.inf
