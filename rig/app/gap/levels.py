@@ -135,6 +135,7 @@ def origin(command: str, seeds: Sequence[int], families: Sequence[str], on: str)
 
 
 def reported(results: Iterable[R], report: Callable[[int], None], before: int) -> Iterator[R]:
+    """The results; `report` is told after each how many there are, with those `before`."""
     for done, result in enumerate(results, before + 1):
         report(done)
         yield result
@@ -240,6 +241,7 @@ def _next_of(k: int, sheets: Sequence[Sequence[Case]]) -> int:
 
 
 def days_of(case: Case) -> list[list[Record]]:
+    """The healthy days of the case's unit."""
     bench: Bench = bench_of(case)
     return [records_of(day) for day in bench.baselines]
 

@@ -42,12 +42,11 @@ def with_second(effects: Sequence[Effect], alone: Posterior, said: Mapping[str, 
     if alone.best != UNKNOWN and alone.beside <= EVEN_CHANCE:
         return (alone,)
     firsts = sorted(alone.fits.values(), key=lambda fit: -fit.log_evidence)[:FIRSTS_TRIED]  # what explains most alone
-    pairs: list[_Two] = []
+    choices, pairs = acting(effects, alone.problem), list[_Two]()
     for first in firsts:
         others = [effect for effect in effects if effect.name != first.effect.name]
         second = judge(others, problem_given(alone.problem, first), said)
         told = said.get(first.effect.name, 0.0) + said.get(second.best, 0.0)
-        choices = acting(effects, alone.problem)
         pairs += [replace(two, log_evidence=two.log_evidence + told) for two in _explanations(first, second, choices)]
     if not pairs:
         return (alone,)

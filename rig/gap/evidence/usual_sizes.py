@@ -12,8 +12,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rig.gap.hypotheses.fit import Fit
+from rig.gap.hypotheses.fit import Fit, ForwardModel
 from rig.gap.settings import Prior, UsualSizes
+from rig.record import Column
 
 
 @dataclass(frozen=True)
@@ -56,11 +57,13 @@ def _log_usual(name: str, share: float, floors: float, effects: int, usual: Usua
     return math.log(effects / len(usual.scales)) + usual.log_density(name, floors) - prior.log_density(share)
 
 
-def times_usual(name: str, share: float, floors: float, effects: int, usual: UsualSizes | None, prior: Prior) -> float:
-    """How many times as large a change is, which makes up a share of what moves anyhow and so many floors of the angle,
-    as the largest of its kind that is likelier usual than a gap; infinite where none of it is usual."""
+def times_usual(name: str, change: Column, effects: int, forward: ForwardModel) -> float:
+    """How many times as large a change (n,) by one of so many effects is as the largest in its proportions that is
+    likelier usual than a gap; infinite where none of that effect is usual."""
+    usual, prior = forward.usual, forward.prior
     if usual is None or name not in usual.scales:
         return math.inf
+    share, floors = forward.share_of(change), forward.floors_of(change)
     tried = np.geomspace(1e-3, 1e3, 600).tolist()
     within = [k for k in tried if _log_usual(name, k * share, k * floors, effects, usual, prior) > 0.0]
     return 1.0 / max(within) if within else math.inf

@@ -56,7 +56,7 @@ class ForwardModel:
     """Rms of what the factor's columns do without any cause: sizes of changes are seen against it."""
     prior: Prior
     odds: Odds
-    floors_at_joint: Callable[[Column], float]
+    at_joint: Callable[[Column], float]
     """What a change of the factor's columns (n,) does to the angle: rms, in floors of the angle under the commands."""
     usual: UsualSizes | None = None
     """What a simulator lacks of healthy rigs."""
@@ -106,6 +106,10 @@ class ForwardModel:
     def share_of(self, change: Column) -> float:
         """Rms of what is changed (n,), as a share of what moves without any cause."""
         return max(self.factor.rms(change) / self.moving, 1e-9)
+
+    def floors_of(self, change: Column) -> float:
+        """What a change (n,) does to the angle, in floors (rms)."""
+        return max(self.at_joint(change), 1e-9)
 
 
 @dataclass(frozen=True)
@@ -164,7 +168,7 @@ class Fit:
     @property
     def floors(self) -> float:
         """What it does to the angle, in floors (rms)."""
-        return max(self.forward.floors_at_joint(self.change), 1e-9)
+        return self.forward.floors_of(self.change)
 
     @property
     def fixed(self) -> dict[str, float]:

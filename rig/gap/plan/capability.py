@@ -144,7 +144,8 @@ def _size_at(problem: InverseProblem, direction: Direction, separation: float, e
         change = sized(law, next(law.shapes_in(problem.forward.scales)), size, problem)
         if change is not None:
             sizes.append(size)
-            far.append(min(_distance(problem, change) / separation, _times_usual(problem, direction, change, effects)))
+            unusual = times_usual(direction.effect.name, change, effects, problem.forward)
+            far.append(min(_distance(problem, change) / separation, unusual))
     order = np.argsort(far)
     reach, at = np.array(far)[order], np.array(sizes)[order]
     if not len(reach) or reach[-1] < 1.0:
@@ -155,12 +156,6 @@ def _size_at(problem: InverseProblem, direction: Direction, separation: float, e
     low, high = max(reach[k - 1], 1e-12), max(reach[k], 1e-12)
     part = float(-np.log(low) / max(np.log(high / low), 1e-12)) if reach[k - 1] > 0.0 else 1.0
     return float(at[k - 1] + np.clip(part, 0.0, 1.0) * (at[k] - at[k - 1]))
-
-
-def _times_usual(problem: InverseProblem, direction: Direction, change: Column, effects: int) -> float:
-    forward, name = problem.forward, direction.effect.name
-    share, floors = forward.share_of(change), max(forward.floors_at_joint(change), 1e-9)
-    return times_usual(name, share, floors, effects, forward.usual, forward.prior)
 
 
 def _distance(problem: InverseProblem, change: Column) -> float:

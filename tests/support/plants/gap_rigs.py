@@ -11,7 +11,7 @@ import numpy as np
 from rig.blind_check.generate import nominal_model
 from rig.gap import diagnose
 from rig.gap.answer.result import Diagnosis
-from rig.model.parameters import AddedEffect, Model, load_model
+from rig.model.parameters import AddedEffect, Model, Parameter, StageKind, StageModel, load_model
 from rig.model.simulation import simulate
 from rig.record import Record
 
@@ -23,6 +23,12 @@ SWEEPS = {"sine_0.3": (0.3, 0.2), "sine_0.8": (0.8, 0.16), "sine_1.3": (1.3, 0.0
 @lru_cache
 def model() -> Model:
     return load_model(MODEL)
+
+
+def mounted(zero_deg: float) -> Model:
+    """The simulator of another rig of the build, with the zero of its own sensor."""
+    zero = {"gain": Parameter(1.0), "offset_deg": Parameter(zero_deg, "deg", -40.0, 40.0, free=True)}
+    return replace(model(), sensor=StageModel(StageKind.AFFINE, zero))
 
 
 @lru_cache

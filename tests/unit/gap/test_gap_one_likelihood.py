@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from support.plants.gap_rigs import identified, model, session
+from support.plants.gap_rigs import identified, model, mounted, session
 
 from rig.gap import pipeline
 from rig.gap.answer import kept
@@ -19,7 +19,7 @@ from rig.gap.hypotheses.library import NONE, UNKNOWN
 from rig.gap.pipeline import Grounds
 from rig.gap.records.pairs import pair_up
 from rig.gap.settings import fitted
-from rig.model.parameters import AddedEffect, Model, Parameter, StageKind, StageModel
+from rig.model.parameters import AddedEffect, Model, Parameter
 from rig.record import Record
 
 LACKING = [
@@ -137,12 +137,6 @@ def test_a_dead_time_beside_a_sister_with_other_regulators_is_that_dead_time(fil
     first = found.causes[0]
     assert "delay" in ([first.effect] if sure else [first.effect, *first.ambiguous_with])
     assert grounds.posteriors[0].fits["delay"].sizes[0] == pytest.approx(0.06, rel=0.15)
-
-
-def mounted(zero_deg: float) -> Model:
-    """The simulator of another rig of the build, with the zero of its own sensor."""
-    zero = {"gain": Parameter(1.0), "offset_deg": Parameter(zero_deg, "deg", -40.0, 40.0, free=True)}
-    return replace(model(), sensor=StageModel(StageKind.AFFINE, zero))
 
 
 def test_each_rig_has_a_zero_of_its_own() -> None:

@@ -166,9 +166,10 @@ def _moved_levels(levels: Levels, part: str, name: str, factor: float) -> Levels
         was = levels.builds
         return levels if was is None else replace(levels, builds=replace(was, **{name: getattr(was, name) * factor}))
     if part == "usual":
-        scales = {} if levels.usual is None else dict(levels.usual.scales)
-        moved = {effect: scale * factor if effect == name else scale for effect, scale in scales.items()}
-        return levels if levels.usual is None else replace(levels, usual=UsualSizes(moved))
+        scales = {} if levels.usual is None else levels.usual.scales
+        return (
+            levels if name not in scales else replace(levels, usual=UsualSizes({**scales, name: scales[name] * factor}))
+        )
     if part == "odds":
         return replace(levels, odds=replace(levels.odds, **{name: getattr(levels.odds, name) * factor}))
     mine: FactorLevels = getattr(levels, part)

@@ -6,7 +6,8 @@ well what rigs of a build differ by; that is the levels' matter, and the class l
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from itertools import repeat
 
 from hil.reference.cases import Case
 from rig.app.gap.levels import FittingPlan, days_of, first_cases, identified, origin, reported
@@ -30,14 +31,6 @@ REFERENCES = (Kind.SIMULATOR.value, SISTER)
 """Beside which it is usual."""
 
 
-@dataclass(frozen=True)
-class _Asked:
-    """One unit, and by what it is judged."""
-
-    case: Case
-    settings: Fitted
-
-
 def with_usual(
     levels: Fitted, plan: FittingPlan, report: Callable[[int], None] = lambda done: None
 ) -> tuple[Fitted, UsualSizes | None]:
@@ -45,10 +38,10 @@ def with_usual(
     how many rigs are done."""
     without = {name: replace(one, usual=None) for name, one in levels.levels.items()}
     bare = replace(levels, levels=without)
-    rigs = [_Asked(case, bare) for name in plan.families for case in first_cases(name, plan)]
+    rigs = [case for name in plan.families for case in first_cases(name, plan)]
     with executor(None, plan.workers) as pool:
-        days = list(reported(pool.map(_of_rig, rigs), report, 0))
-    told = [(rig.case.family, day) for rig, some in zip(rigs, days, strict=True) for day in some]
+        days = list(reported(pool.map(_of_rig, rigs, repeat(bare)), report, 0))
+    told = [(rig.family, day) for rig, some in zip(rigs, days, strict=True) for day in some]
     found = fit_usual([[day for family, day in told if family == name] for name in plan.families], levels.prior)
     command = f"pamrig gap study usual --units {plan.units} --seed {plan.seed}"
     made = origin(command, [plan.seed], plan.families, f"{len(rigs)} rigs, {len(told)} healthy days")
@@ -57,13 +50,13 @@ def with_usual(
     return replace(levels, levels={**levels.levels, **changed}, provenance=provenance), found
 
 
-def _of_rig(asked: _Asked) -> list[Factors]:
+def _of_rig(case: Case, settings: Fitted) -> list[Factors]:
     """What each effect would explain of the unit's days, on the pressures and on the angle; a simulator that runs away
     under them tells nothing."""
-    model, days, found = identified(asked.case), days_of(asked.case), []
+    model, days, found = identified(case), days_of(case), []
     for number in DAYS:
         try:
-            found.append(_shown(replace(model, fingerprint=None), days[number], asked.settings))
+            found.append(_shown(replace(model, fingerprint=None), days[number], settings))
         except ModelError:
             continue
     return found

@@ -3,7 +3,7 @@
 from dataclasses import replace
 
 import pytest
-from support.plants.gap_rigs import model, session
+from support.plants.gap_rigs import model, mounted, session
 
 from rig.gap.answer.facts import Evidence, Gap, Judged, ParameterMove, RecordGap, Retuning, Verdict, Where
 from rig.gap.answer.how_far.retuning import retune
@@ -12,7 +12,7 @@ from rig.gap.answer.words.compared import moves
 from rig.gap.answer.words.sentences import headline
 from rig.gap.records.pairs import pair_up
 from rig.gap.reference.build import Kind
-from rig.model.parameters import Model, Parameter, StageKind, StageModel
+from rig.model.parameters import Model
 
 ZERO = ParameterMove("sensor_offset_deg", 0.2, 6.1, 5.8, 6.4, "deg")
 
@@ -65,12 +65,6 @@ def test_what_closes_most_comes_first_and_the_muscles_count_as_one() -> None:
     ]
     said = first_line(Retuning(6.2, 1.4, (), muscles=0.9), 6.2)
     assert "What closes most of it: the muscles' own curve and loop change (90 % of that)." in said
-
-
-def mounted(zero_deg: float) -> Model:
-    """The rig's simulator with another zero of the sensor."""
-    zero = {"gain": Parameter(1.0), "offset_deg": Parameter(zero_deg, "deg", -40.0, 40.0, free=True)}
-    return replace(model(), sensor=StageModel(StageKind.AFFINE, zero))
 
 
 def with_other_muscles(times: float) -> Model:

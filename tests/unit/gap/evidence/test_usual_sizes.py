@@ -138,9 +138,11 @@ def test_a_size_that_is_usual_is_none_that_a_rig_can_tell() -> None:
 
 @pytest.mark.parametrize("effects", [5, 12])
 def test_so_many_times_the_largest_usual_size_is_a_gap(effects: int) -> None:
-    prior = fitted().prior
-    once = times_usual("valve_dead_band", 0.05, 0.8, effects, HOLD, prior)
+    (found,) = pressures(HOLD, held(0.003))
+    fit = found.fits["valve_dead_band"]
+    change = fit.change * HOLD.scales["valve_dead_band"] / fit.floors
+    once = times_usual("valve_dead_band", change, effects, fit.forward)
     assert 0.2 < once < 0.6, "a scale is usual"
-    assert times_usual("valve_dead_band", 0.1, 1.6, effects, HOLD, prior) == pytest.approx(2.0 * once, rel=0.05)
-    assert times_usual("delay", 0.05, 0.3, effects, HOLD, prior) == math.inf
-    assert times_usual("delay", 0.05, 0.3, effects, None, prior) == math.inf
+    assert times_usual("valve_dead_band", 2.0 * change, effects, fit.forward) == pytest.approx(2.0 * once, rel=0.05)
+    assert times_usual("delay", change, effects, fit.forward) == math.inf
+    assert times_usual("valve_dead_band", change, effects, replace(fit.forward, usual=None)) == math.inf
