@@ -17,7 +17,7 @@ from rig.app.supervise import watching
 from rig.app.supervised_command import check_last_resort
 from rig.app.terminal import console, progress
 from rig.channels import Channels
-from rig.errors import Interrupted, RigError
+from rig.errors import RigError
 from rig.realtime import measures
 from rig.realtime.faults import Fault, explain
 from rig.realtime.program import Program
@@ -79,9 +79,8 @@ def carry_out(rig: RigConfig, runs: Sequence[Planned], options: RunOptions) -> R
         except _GivenUp:
             pass  # the outcome says so, as of any run that was interrupted
         except RigError:
-            if operator.asked_to_stop:  # by a signal that all processes may have heard, also those that were starting
-                raise Interrupted(f"interrupted before the rig was driven; {session.left}") from None
-            raise
+            if not operator.asked_to_stop:  # by a signal that all processes may have heard, also one that was starting
+                raise
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)

@@ -161,13 +161,20 @@ def loop_that_is_told_to_end_with_all_others(setup: LoopSetup, pipe: Connection)
     signal.raise_signal(signal.SIGTERM)
 
 
+@pytest.mark.parametrize("seen_first", ["the operator's wish", "the loop's end"])
 def test_a_signal_to_all_processes_while_the_rig_is_opened_is_an_interruption(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, seen_first: str
 ) -> None:
-    """The device was told to be looked at, with exit status 2."""
+    """The device was told to be looked at, with exit status 2. Whether the operator's wish or the loop's end is seen
+    first is chance, and makes no difference."""
     monkeypatch.setattr(runner, "loop_process", loop_that_is_told_to_end_with_all_others)
+    if seen_first == "the loop's end":
+        monkeypatch.setattr("rig.app.runs.runner._Operator.check", lambda _: None)
+    outcome = runner.carry_out(
+        compose.load(None), [Planned("a", program())], RunOptions(tmp_path / "out", virtual=True)
+    )
     with pytest.raises(Interrupted, match="the loop never ticked, and nothing was written to the rig"):
-        runner.carry_out(compose.load(None), [Planned("a", program())], RunOptions(tmp_path / "out", virtual=True))
+        outcome.judge()
 
 
 def loop_whose_driver_has_a_bug(setup: LoopSetup, pipe: Connection) -> None:
