@@ -7,11 +7,11 @@ import random
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import TypeVar
+from typing import Self, TypeVar
 
 from hil.modelled_rig import ModelledRig
 from rig.fields import bounded
-from rig.interfaces import NAN, DeviceContext, Measurement, Wiring
+from rig.interfaces import NAN, Clock, DeviceContext, Measurement, Wiring
 from rig.model.chain import Chain
 from rig.model.parameters import AddedEffect, Model, StageModel, load_model
 from rig.sample import BROKEN_WIRE, P1_ABSENT, P2_ABSENT
@@ -80,8 +80,9 @@ class SimulatedRig(ModelledRig[SimulatedSettings]):
     Settings = SimulatedSettings
     device = "simulated rig"
 
-    def __init__(self, settings: SimulatedSettings, context: DeviceContext) -> None:
-        model = session_model(settings)
+    def __init__(self, settings: SimulatedSettings, context: DeviceContext, model: Model | None = None) -> None:
+        """`model`: the session's, where it has been read already."""
+        self._model = model = session_model(settings) if model is None else model
         chain = Chain(model)
         chain.reset(context.safe_p1_mpa, context.safe_p2_mpa)
         super().__init__(settings, context, round(model.sample_time_s * 1e9), chain.step)
@@ -95,6 +96,10 @@ class SimulatedRig(ModelledRig[SimulatedSettings]):
         self._angle_top = float((1 << settings.angle_bits) - 1)
         self._angle_middle = (1 << settings.angle_bits) / 2
         self._deg_per_count = _POTENTIOMETER_DEG / (1 << settings.angle_bits)
+
+    def twin(self, clock: Clock) -> Self:
+        """Another such rig on another clock, of the model that this one has read."""
+        return type(self)(self._settings, replace(self._context, clock=clock), self._model)
 
     def facts(self) -> Mapping[str, str]:
         """Which model it follows."""

@@ -10,6 +10,7 @@ import time
 from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import IntEnum
+from functools import cached_property
 from pathlib import Path
 
 from hil.bench import SimulatedRig, SimulatedSettings
@@ -76,12 +77,18 @@ class FaultyRig(Abilities):
     def __init__(self, settings: FaultySettings, context: DeviceContext) -> None:
         self.roles = context.roles
         self._context = context
-        self._inner = SimulatedRig(settings, context)
+        self._settings, self._driven = settings, False
         self._terminals = Terminals.at(settings.terminals)
         self._given = (context.safe_p1_mpa, context.safe_p2_mpa)
         self._shown: Measurement | None = None
         self._shown_fault = 0
         self._airless_mpa = 0.0
+
+    @cached_property
+    def _inner(self) -> SimulatedRig:
+        """The plant, made when it is first needed: not by who makes the terminals safe from outside."""
+        self._driven = True
+        return SimulatedRig(self._settings, self._context)
 
     def open(self) -> Mapping[str, str]:
         """Start the plant; the terminals keep what stands there."""
@@ -109,7 +116,8 @@ class FaultyRig(Abilities):
         """The safe set-points at the terminals; works without `open` and past every fault of the sensors."""
         self._given = self._context.safe_p1_mpa, self._context.safe_p2_mpa
         self._terminals.write(*self._given)
-        self._inner.safe()
+        if self._driven:
+            self._inner.safe()
 
     def holds_safe(self) -> bool:
         """What stands at the terminals, whoever wrote it."""
@@ -117,7 +125,8 @@ class FaultyRig(Abilities):
 
     def close(self) -> None:
         """The terminals keep what stands there."""
-        self._inner.close()
+        if self._driven:
+            self._inner.close()
 
     def _fault(self) -> Injection:
         """The fault that is on; one that happens once switches itself off."""

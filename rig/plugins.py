@@ -7,10 +7,12 @@ taken.
 
 from collections.abc import Callable, Iterator, Mapping
 from functools import cache
-from importlib.metadata import EntryPoint, entry_points
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from rig.errors import ConfigError
+
+if TYPE_CHECKING:
+    from importlib.metadata import EntryPoint
 
 T = TypeVar("T")
 DEVICES = "pamrig.devices"
@@ -37,7 +39,9 @@ def load(group: str, name: str) -> Any:
         ) from None
 
 
-def _found(group: str) -> dict[str, EntryPoint]:
+def _found(group: str) -> "dict[str, EntryPoint]":
+    from importlib.metadata import entry_points  # it brings email and zipfile, for which a loop has no use
+
     return {point.name: point for point in entry_points(group=group)}
 
 

@@ -56,6 +56,9 @@ class DeviceEntry:
     roles: frozenset[Role]
     read: dict[str, Any] = field(default_factory=dict)
     """Settings that its driver has read from files which the YAML names, once: nobody reads those again."""
+    checked: Any = None
+    """All its settings as its driver takes them, once the rig is loaded: the processes of loop and watchers are told
+    them, and check nothing again."""
 
 
 PERIODS_MS = (1.0, 100.0)

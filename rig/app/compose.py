@@ -49,6 +49,8 @@ def device_settings(entry: DeviceEntry, rig: RigConfig, options: Mapping[str, An
     own = {f.name for f in dataclasses.fields(kind.Settings)}
     overrides = {key: value for key, value in options.items() if key in own}
     plain = {key: value for key, value in overrides.items() if not isinstance(value, Path | list)}
+    if entry.checked is not None and not plain:
+        return kind, dataclasses.replace(entry.checked, **overrides)
     settings = structure({**entry.settings, **entry.read, **plain}, kind.Settings, where)
     files = {name: _own_or(place, name) for name, place in resolve_paths(settings, rig.path.parent).items()}
     return kind, dataclasses.replace(settings, **files | overrides)
@@ -140,7 +142,9 @@ def load(path: Path | None) -> RigConfig:
     for path, data in used.items():  # what a device has just read of it is what the log will hold
         _check_unchanged(path, data, "while it was read; try again")
     files = apart(rig.files, *({path.name: data} for path, data in used.items()), *named)
-    return dataclasses.replace(rig, files=files, devices=devices, used=used)
+    rig = dataclasses.replace(rig, files=files, devices=devices, used=used)
+    checked = (dataclasses.replace(entry, checked=device_settings(entry, rig, {})[1]) for entry in devices)
+    return dataclasses.replace(rig, devices=tuple(checked))
 
 
 def _check_unchanged(path: Path, data: bytes, when: str) -> None:

@@ -5,7 +5,6 @@ from pathlib import Path
 
 from rig.config import suggest
 from rig.errors import ConfigError
-from rig.model.external.simulator import is_external
 
 OWN_FOLDERS = {"model": "models", "rig": "rigs", "map": "modbus", "input_map": "modbus"}
 """Setting of a device that names a file -> folder of pamrig's own files that may be named without path and suffix."""
@@ -29,8 +28,13 @@ def find_config(path: Path, folder: str) -> Path:
 
     ConfigError when `path` is neither.
     """
-    if os.path.exists(path) or (folder == "models" and is_external(path)):
+    if os.path.exists(path):
         return path
+    if folder == "models":
+        from rig.model.external.simulator import is_external  # late: loop and watchers find files here, and no models
+
+        if is_external(path):
+            return path
     ours = {item.stem: item for item in (configs() / folder).glob("*.yaml")}
     if path.parent in (Path("."), Path("configs") / folder):
         if found := ours.get(path.name.removesuffix(".yaml")):

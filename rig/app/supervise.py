@@ -1,119 +1,21 @@
-"""The watchers' processes: their own way to the device, and real-time priority above the loop."""
+"""What the session of a rig has from the roof: who watches it, the safe state by hand, the parts of the daemon's."""
 
-import contextlib
-import dataclasses
 import functools
 import os
-import signal
-import sys
-from collections.abc import Callable, Mapping
-from multiprocessing.connection import Connection
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
 from rig.app import compose, shipped, wire_locks
 from rig.app.loop_process import loop_process
-from rig.errors import DeviceError, RigError, StateError
-from rig.interfaces import Device, abilities_of
-from rig.realtime import measures
-from rig.realtime.clock import MonotonicClock
-from rig.realtime.ring import Ring
-from rig.realtime.safe_state import (
-    LoopVerdict,
-    Outcome,
-    SafeBlock,
-    SafeStateAuthority,
-    SecondPath,
-    WatchedProcess,
-    Writer,
-    insist,
-)
-from rig.realtime.supervisor import Supervisor
+from rig.app.watcher_process import driver_of, outside, watcher_process
+from rig.errors import DeviceError, RigError
+from rig.realtime.safe_state import Outcome, SecondPath, Writer, insist
 from rig.rig_config import RigConfig
-from rig.service.processes import name_process
 from rig.service.session.session import Watching
 from rig.service.session.session_monitor import SessionParts
-from rig.service.session.watchers import WatcherSetup
 
-GUARDIAN_PATIENCE_NS: Final = 250_000_000
-"""The guardian comes after the supervisor and the commanding process; well before the watchdog of a device."""
 _INSIST_S: Final = 2.0
 """For somebody who writes the safe state by hand; a slow wire confirms within tenths of a second."""
-_SOONER: Final = 10
-"""By this part of a period the supervisor's patience ends before the tick that would prove it right: it is not to wait
-for the whole next one when it wakes late."""
-ABOVE_THE_LOOP: Final = 5
-_MOST_PRIORITY: Final = 99
-
-
-def patience_periods(rig: RigConfig) -> int:
-    """One period less than the stall that the loop would call a fault itself; 3 by default, never below 2."""
-    return max(rig.limits.stall_periods - 1, 2)
-
-
-def watcher_process(setup: WatcherSetup, pipe: Connection) -> None:
-    """Entry of supervisor and guardian: watch the process that writes set-points until it ends, then see to the safe
-    state.
-
-    They outlive the process that commands on purpose: when that one is killed, the loop must still be watched to its
-    end.
-    """
-    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGTSTP):
-        signal.signal(number, signal.SIG_IGN)  # it ends when the loop has ended, not before
-    name_process(setup.writer.name.lower())
-    rig: RigConfig = setup.rig
-    device = _outside(rig, setup.options)
-    try:
-        block = SafeBlock.attach(setup.block, setup.session)
-        supervisor = _supervisor(setup, rig, block, device)
-    except StateError as error:
-        pipe.send(("state", str(error)))
-        return
-    if setup.writer is Writer.SUPERVISOR:
-        _stand_by(device)
-    pipe.send(("ready", _take_measures(rig)))
-    pipe.close()
-    try:
-        if supervisor.run() is not LoopVerdict.WATCHING and setup.speaks:
-            _speak(block, setup.writer)
-    finally:
-        with contextlib.suppress(Exception):
-            device.close()
-
-
-def _supervisor(setup: WatcherSetup, rig: RigConfig, block: SafeBlock, device: Device) -> Supervisor:
-    """The guardian has twice the supervisor's patience, at least its own, and gives the others as long for a loop that
-    has ended."""
-    ring, loop = Ring.attach(setup.ring, setup.session), WatchedProcess(setup.pid)
-    path = SecondPath.of(device) if compose.outlives_the_loop(rig) else None
-    authority = SafeStateAuthority(setup.writer, block, ring, loop, path)
-    patience_ns = setup.patience_ns or patience_periods(rig) * rig.period_ns - rig.period_ns // _SOONER
-    grace_ns = 0
-    if setup.writer is Writer.GUARDIAN:
-        patience_ns, grace_ns = max(GUARDIAN_PATIENCE_NS, 2 * patience_ns), GUARDIAN_PATIENCE_NS
-    return Supervisor(
-        setup.writer, ring, block, loop, authority, patience_ns=patience_ns, period_ns=rig.period_ns, grace_ns=grace_ns
-    )
-
-
-def _stand_by(device: object) -> None:
-    with contextlib.suppress(RigError):  # `safe` then opens what it needs, which only takes longer
-        abilities_of(device).stand_by()
-
-
-def _take_measures(rig: RigConfig) -> dict[str, str]:
-    wanted = rig.realtime.fifo_priority and min(rig.realtime.fifo_priority + ABOVE_THE_LOOP, _MOST_PRIORITY)
-    away_from_the_loop = min(os.sched_getaffinity(0))  # which stays on the last core by default
-    return measures.apply(dataclasses.replace(rig.realtime, fifo_priority=wanted, cpu=away_from_the_loop))
-
-
-def _speak(block: SafeBlock, who: Writer) -> None:
-    """For a terminal whose own command can say nothing any more: whoever made safe, and the supervisor if nobody
-    did."""
-    best = block.best()
-    if best.writer not in (who, Writer.NOBODY) or (best.writer is Writer.NOBODY and who is not Writer.SUPERVISOR):
-        return
-    print(f"pamrig: the process that held the rig is gone or did not move; {best.words}", file=sys.stderr, flush=True)
 
 
 def watching(rig: RigConfig) -> Watching:
@@ -122,23 +24,17 @@ def watching(rig: RigConfig) -> Watching:
     return Watching(watcher_process, (Writer.SUPERVISOR, Writer.GUARDIAN), own_path)
 
 
-def _outside(rig: RigConfig, options: Mapping[str, Any] | None = None) -> Device:
-    """The rig's device for somebody who makes it safe beside whoever drives it, or in his place."""
-    driver = _driver_of(rig)
-    return compose.make_device(rig, MonotonicClock(), options, driven=lambda: bool(driver()))
-
-
 def second_path(rig: RigConfig) -> SecondPath:
     """This process's own way to the rig's device, made when it is used: what goes wrong then is a failed attempt and
     not the end."""
-    path = functools.cache(lambda: SecondPath.of(_outside(rig)))
+    path = functools.cache(lambda: SecondPath.of(outside(rig)))
     return SecondPath(lambda: path().safe(), lambda: path().holds_safe(), lambda: path().close())
 
 
 def make_safe(rig: RigConfig) -> Outcome:
     """Write the safe state by this process's own way, whoever else has the rig; RigError when the device does not take
     it, or when another process goes on to write its own set-points."""
-    path = SecondPath.of(_outside(rig))
+    path = SecondPath.of(outside(rig))
     try:
         outcome = insist(path, _INSIST_S)
         if other := wire_locks.who_drives(compose.wires_of(rig)):
@@ -173,14 +69,8 @@ def parts_of(rig: RigConfig, *, virtual: bool = False, seed: int | None = None) 
         sweeps=(shipped.configs() / "sweeps",),
         models=(shipped.configs() / "models",),
         simulator=_own_model(rig) if compose.is_simulated(rig) else None,
-        driver=_driver_of(rig, os.getpid()),  # its own loop, which holds the wires in its name, is not meant
+        driver=driver_of(rig, os.getpid()),  # its own loop, which holds the wires in its name, is not meant
     )
-
-
-def _driver_of(rig: RigConfig, but: int | None = None) -> Callable[[], str]:
-    """Who drives the rig's wires, asked many times: their names are looked up once. `but`: a process not meant."""
-    names = functools.cache(lambda: compose.wires_of(rig))
-    return lambda: wire_locks.who_drives(names(), but)
 
 
 def _own_model(rig: RigConfig) -> Path | None:
@@ -190,6 +80,6 @@ def _own_model(rig: RigConfig) -> Path | None:
 
 
 def _warnings(rig: RigConfig) -> list[str]:
-    from rig.app import inventory  # late: the supervisor's process loads this file too, and needs no tables
+    from rig.app import inventory
 
     return inventory.warnings(rig)

@@ -12,8 +12,8 @@ from types import TracebackType
 from typing import Final, Self
 
 from rig.app import compose
-from rig.app.supervise import watcher_process
 from rig.app.terminal import console
+from rig.app.watcher_process import watcher_process
 from rig.errors import RigError
 from rig.realtime.ring import Ring, RingWriter
 from rig.realtime.safe_state import Writer

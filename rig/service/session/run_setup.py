@@ -4,7 +4,6 @@ import platform
 import time
 from array import array
 from collections.abc import Mapping
-from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
@@ -49,6 +48,8 @@ def _set_points(p0_mpa: float, dp_mpa: "array[float]") -> "tuple[array[float], a
 
 def session_facts(session: Session, rig: RigConfig) -> dict[str, Any]:
     """What every record of a session says of rig, machine and software."""
+    from importlib.metadata import version  # it brings email and zipfile, and who only plans runs says nothing of these
+
     return {
         "session": f"{session.id:016x}",
         "rig": rig.name,

@@ -13,7 +13,7 @@ import threading
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from multiprocessing.connection import Connection
 from multiprocessing.process import BaseProcess
 from pathlib import Path
@@ -28,9 +28,10 @@ from rig.service.processes import continue_process, start_process
 from rig.service.records.recorder_messages import Mark, RecorderTrouble, RunOrder, RunResult
 from rig.service.session.process_watch import PathMaker, ProcessWatch
 from rig.service.session.recorder_end import abandoned, await_end
+from rig.service.session.setups import LoopSetup
 from rig.service.session.watchers import WatcherEntry, Watchers, await_ready
 
-LoopEntry = Callable[["LoopSetup", Connection], None]
+LoopEntry = Callable[[LoopSetup, Connection], None]
 END_PATIENCE_S = 5.0
 """For a loop to leave through its safe state, which has a bound of its own (`rig.realtime.loop.LEAVING_NS`); then it is
 killed."""
@@ -38,23 +39,6 @@ _END_LOOK_S = 0.02
 _LOG = logging.getLogger("pamrig")
 SETTLE_S = 3.0
 """For the safe state of a loop that has ended, however it ended."""
-
-
-@dataclass(frozen=True)
-class LoopSetup:
-    """What the loop's process is told when it starts; everything in it can be pickled."""
-
-    session: int
-    ring: Path
-    mailbox: Path
-    rig: Any
-    """A RigConfig; the roof knows what to do with it."""
-    virtual: bool = False
-    seed: int | None = None
-    script: tuple[int, ...] | None = None
-    """Numbers of the runs to carry out one after the other; None: obey the mailbox."""
-    options: Mapping[str, Any] = field(default_factory=dict)
-    """Further options of the caller for the roof, for example a model that replaces the rig's."""
 
 
 def _recorder(*arguments: Any) -> None:

@@ -8,10 +8,8 @@ import multiprocessing
 import signal
 import time
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from multiprocessing.connection import Connection
 from multiprocessing.process import BaseProcess
-from pathlib import Path
 from typing import Any, Final
 
 from rig.errors import ConfigError, DeviceError, RigError
@@ -19,6 +17,7 @@ from rig.realtime.ring import Ring
 from rig.realtime.safe_state import SafeBlock, Writer
 from rig.realtime.silence import Silence
 from rig.service.processes import continue_process, start_process
+from rig.service.session.setups import WatcherSetup
 
 WATCHER_PATIENCE_S: Final = 0.3
 """A watcher that has not looked for this long is stopped."""
@@ -27,25 +26,6 @@ _END_PATIENCE_S: Final = 5.0
 _GONE_S: Final = 1.0
 _READY_LOOK_S: Final = 0.1
 """How often `meanwhile` is called while a process starts: a tenth of the patience with the one who commands."""
-
-
-@dataclass(frozen=True)
-class WatcherSetup:
-    """What a watcher's process is told; everything in it can be pickled."""
-
-    writer: Writer
-    session: int
-    ring: Path
-    block: Path
-    pid: int
-    """The process that writes set-points."""
-    rig: Any
-    """A RigConfig; the roof knows what to do with it."""
-    options: Mapping[str, Any]
-    patience_ns: int | None = None
-    """Silence after which the process is taken for stopped; None: by the rig's limits."""
-    speaks: bool = False
-    """Say on stderr what was done, for a command whose own process is ended by it."""
 
 
 WatcherEntry = Callable[[WatcherSetup, Connection], None]

@@ -2,12 +2,16 @@
 time."""
 
 import importlib
+import pickle
 import subprocess
 import sys
+from pathlib import Path
 
 import click
+import pytest
 from conftest import ROOT
 
+from rig.app import compose, shipped
 from rig.cli.commands import COMMANDS
 
 HEAVY = {
@@ -71,6 +75,19 @@ def test_loop_and_watchers_load_nothing_that_files_are_written_with() -> None:
     """Each is a process of its own, and the rig waits for all of them when it is armed."""
     assert not loaded_by("import rig.app.loop_process, hil.bench") & {"google", "mcap"}
     assert {"google", "mcap"} <= loaded_by("import rig.service.records.recorder")
+
+
+@pytest.mark.parametrize("rig", ["all_modbus", "paper_myrio", "serial_modbus"])
+def test_loop_and_watchers_are_handed_the_rig_as_it_was_loaded(rig: str, tmp_path: Path) -> None:
+    """They read no YAML, check no settings, and load nothing of who commands them."""
+    loaded = compose.load(shipped.configs() / "rigs" / f"{rig}.yaml")
+    (tmp_path / "rig").write_bytes(pickle.dumps(loaded))
+    code = f"""import pickle, rig.app.loop_process
+from rig.app.watcher_process import outside
+with open({str(tmp_path / "rig")!r}, "rb") as told:
+    outside(pickle.load(told))"""
+    not_for_them = {"cattrs", "yaml", "email"} | ({"asyncio"} if "modbus" not in rig else set())  # pymodbus has it
+    assert not loaded_by(code) & not_for_them
 
 
 def test_no_command_loads_heavy_packages_before_it_is_called() -> None:

@@ -6,6 +6,7 @@ import os
 import shutil
 import subprocess
 import sys
+from importlib import metadata
 from pathlib import Path
 
 import pytest
@@ -121,7 +122,7 @@ def test_our_own_names_cannot_be_taken_and_what_is_no_entry_is_left_out(monkeypa
 
 
 def test_a_package_that_cannot_be_imported_is_one_line(monkeypatch: pytest.MonkeyPatch) -> None:
-    point = plugins.EntryPoint("broken", "no_such_package.here:Device", plugins.DEVICES)
-    monkeypatch.setattr(plugins, "entry_points", lambda group: [point])
+    point = metadata.EntryPoint("broken", "no_such_package.here:Device", plugins.DEVICES)
+    monkeypatch.setattr(metadata, "entry_points", lambda group: [point])
     with pytest.raises(ConfigError, match=r"broken: registered as no_such_package\.here:Device .* cannot be imported"):
         plugins.load(plugins.DEVICES, "broken")

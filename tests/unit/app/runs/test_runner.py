@@ -21,7 +21,7 @@ from rig.app.loop_process import loop_process
 from rig.app.runs import record_folders, runner
 from rig.app.runs.outcome import RunOutcome
 from rig.app.runs.runner import Planned, RunOptions
-from rig.app.supervise import watcher_process
+from rig.app.watcher_process import watcher_process
 from rig.errors import CheckFailed, DeviceError, Interrupted, RigError
 from rig.realtime.faults import Fault
 from rig.realtime.safe_state import Outcome as SafeOutcome
@@ -29,7 +29,8 @@ from rig.realtime.safe_state import SafeReport, SecondPath, Writer
 from rig.sample import Sample
 from rig.service.records.recorder_messages import RunResult
 from rig.service.session.run_setup import program_of
-from rig.service.session.session import LoopSetup, Session, Watching
+from rig.service.session.session import Session, Watching
+from rig.service.session.setups import LoopSetup
 
 DENIED = {"fifo": "denied: Operation not permitted", "mlock": "granted"}
 
