@@ -35,7 +35,7 @@ from rig.model.chain import Chain
 from rig.model.parameters import load_model
 from rig.realtime.clock import MonotonicClock
 from rig.service import settings
-from rig.service.queue.planner import plans_of
+from rig.service.queue.expander import plans_of
 
 ALLOWED_S = 30.0
 ALLOWED_S_A_MB = 60.0

@@ -7,40 +7,28 @@ It answers one request at a time: who asks sees to the turns. After it has ended
 import asyncio
 import contextlib
 import multiprocessing
-import os
-import resource
 import threading
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
 from multiprocessing.connection import Connection
 from multiprocessing.process import BaseProcess
-from pathlib import Path
 from typing import Any, Final, TypeVar
 
 from rig.errors import RigError
 from rig.service.aside import aside
 from rig.service.processes import is_stopped, start_process
+from rig.service.requests import RequestRefused
 
 T = TypeVar("T")
 _START_S: Final = 120.0
 """For a process to come so far that it listens, on a machine that does other work too."""
 _LOOK_S: Final = 0.2
 """From one look at a process that takes its time to the next."""
-_NICE: Final = 10
-"""Below what an emergency stop goes through, and above what nobody waits for (decision 0423)."""
 
 
 class _StoppedBySignal(EOFError):
     """It does not come back by itself: who waited had its whole patience to wait, and was told of a request that is too
     large."""
-
-
-@dataclass(frozen=True)
-class _Refused:
-    """A RigError on its way back."""
-
-    why: str
 
 
 class HelperProcess:
@@ -88,7 +76,7 @@ class HelperProcess:
             raise TimeoutError
         if isinstance(answer, MemoryError):
             raise answer
-        if isinstance(answer, _Refused):
+        if isinstance(answer, RequestRefused):
             raise RigError(answer.why)
         return answer
 
@@ -172,32 +160,3 @@ async def _to_its_end(work: "asyncio.Future[None]") -> None:
     while not work.done():
         with contextlib.suppress(asyncio.CancelledError):
             await asyncio.shield(work)
-
-
-def serve_requests(pipe: Connection, carry_out: Callable[..., Any], memory_bytes: int) -> None:
-    """In the process: carry out each request (its parts are the arguments) until the other end closes."""
-    _step_back(memory_bytes)
-    with contextlib.suppress(EOFError, OSError):
-        pipe.send(None)  # it listens
-        while True:
-            pipe.send(_answer(carry_out, pipe.recv()))
-
-
-def _answer(carry_out: Callable[..., Any], request: tuple[Any, ...]) -> Any:
-    try:
-        return carry_out(*request)
-    except RigError as error:
-        return _Refused(str(error))
-    except MemoryError:
-        return MemoryError()
-
-
-def _step_back(memory_bytes: int) -> None:
-    """Everybody else first, and the first to go when memory runs out."""
-    with contextlib.suppress(OSError):
-        os.setpriority(os.PRIO_PROCESS, 0, _NICE)
-    soft, hard = resource.getrlimit(resource.RLIMIT_AS)
-    tightest = min(limit for limit in (soft, memory_bytes) if limit != resource.RLIM_INFINITY)
-    resource.setrlimit(resource.RLIMIT_AS, (tightest, hard))  # who has less gets no more, and may not ask for it
-    with contextlib.suppress(OSError):
-        Path("/proc/self/oom_score_adj").write_text("1000", encoding="ascii")

@@ -18,8 +18,9 @@ from rig.rig_config import RigConfig, apart
 from rig.service.aside import DiskWork, NoThread, aside
 from rig.service.connections.protocol import Code, Refused
 from rig.service.processes import DISK_PATIENCE_S
+from rig.service.queue.expander import Published, Summary
 from rig.service.queue.job_queue import Job, JobState, Queue
-from rig.service.queue.planner import Planner, Published, Summary
+from rig.service.queue.planner import Planner
 from rig.service.records.free_space import FreeSpace
 from rig.service.records.ledger import Ledger
 from rig.service.records.record_names import free, renamed, vacated

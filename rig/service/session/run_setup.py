@@ -5,7 +5,7 @@ import time
 from array import array
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from rig.errors import ConfigError
 from rig.excite.envelope import NO_GAINS
@@ -15,7 +15,9 @@ from rig.realtime.closed_loop import TrackingProgram
 from rig.realtime.program import Program
 from rig.rig_config import RigConfig
 from rig.service.records.recorder_messages import RunOrder
-from rig.service.session.session import Session
+
+if TYPE_CHECKING:
+    from rig.service.session.session import Session
 
 
 def program_of(plan: RunPlan, run: int) -> Program:
@@ -46,7 +48,7 @@ def _set_points(p0_mpa: float, dp_mpa: "array[float]") -> "tuple[array[float], a
     return array("d", (p1 for p1, _ in both)), array("d", (p2 for _, p2 in both))
 
 
-def session_facts(session: Session, rig: RigConfig) -> dict[str, Any]:
+def session_facts(session: "Session", rig: RigConfig) -> dict[str, Any]:
     """What every record of a session says of rig, machine and software."""
     from importlib.metadata import version  # it brings email and zipfile, and who only plans runs says nothing of these
 
@@ -66,13 +68,18 @@ def session_facts(session: Session, rig: RigConfig) -> dict[str, Any]:
 
 
 def order_of(
-    session: Session, run: int, sweep_ticks: int, path: Path, facts: Mapping[str, Any], attachments: Mapping[str, bytes]
+    session: "Session",
+    run: int,
+    sweep_ticks: int,
+    path: Path,
+    facts: Mapping[str, Any],
+    attachments: Mapping[str, bytes],
 ) -> RunOrder:
     """What the recorder is told of one run."""
     return RunOrder(run, path, facts, attachments, sweep_ticks, _wall_offset_ns(session))
 
 
-def _wall_offset_ns(session: Session) -> int:
+def _wall_offset_ns(session: "Session") -> int:
     """Wall clock minus the loop's as they are now: a session may be months old, and have begun before the network set
     this machine's clock."""
     if session.virtual:

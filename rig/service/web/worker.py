@@ -10,7 +10,8 @@ from multiprocessing.connection import Connection
 from typing import Any, Final, TypeVar, cast
 
 from rig.errors import RigError, StateError
-from rig.service.helper_process import HelperProcess, serve_requests
+from rig.service.helper_process import HelperProcess
+from rig.service.requests import serve_requests
 
 T = TypeVar("T")
 PATIENCE_S: Final = 60.0

@@ -77,6 +77,10 @@ def test_loop_and_watchers_load_nothing_that_files_are_written_with() -> None:
     assert {"google", "mcap"} <= loaded_by("import rig.service.records.recorder")
 
 
+def test_who_expands_sweeps_loads_nothing_of_who_asks() -> None:
+    assert not loaded_by("import rig.service.queue.expander") & {"asyncio", "email"}
+
+
 @pytest.mark.parametrize("rig", ["all_modbus", "paper_myrio", "serial_modbus"])
 def test_loop_and_watchers_are_handed_the_rig_as_it_was_loaded(rig: str, tmp_path: Path) -> None:
     """They read no YAML, check no settings, and load nothing of who commands them."""

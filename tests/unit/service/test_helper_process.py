@@ -10,7 +10,8 @@ import pytest
 
 from rig.errors import RigError
 from rig.service import helper_process
-from rig.service.helper_process import HelperProcess, serve_requests
+from rig.service.helper_process import HelperProcess
+from rig.service.requests import serve_requests
 
 GB = 1024**3
 

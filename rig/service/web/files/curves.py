@@ -16,7 +16,7 @@ from rig.log.mcap.schema import ended_of
 from rig.log.reader import read
 from rig.record import Record
 from rig.rig_config import RigConfig
-from rig.service.queue.planner import plans_of
+from rig.service.queue.expander import plans_of
 from rig.service.session.run_setup import program_of
 from rig.service.web.units import units_of
 

@@ -15,8 +15,9 @@ from rig.realtime.commands import Request, program_path
 from rig.service.aside import DiskWork
 from rig.service.connections.protocol import Code, Refused
 from rig.service.queue import queue_runner
+from rig.service.queue.expander import Published, Summary
 from rig.service.queue.job_queue import Job, JobState, Queue
-from rig.service.queue.planner import Planner, Published, Summary
+from rig.service.queue.planner import Planner
 from rig.service.queue.queue_runner import NoSpace, QueueRunner
 from rig.service.records.ledger import Ledger
 from rig.service.records.record_names import free

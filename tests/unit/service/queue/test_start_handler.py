@@ -11,8 +11,8 @@ from rig.app import compose, shipped
 from rig.realtime.state import State
 from rig.service.aside import DiskWork
 from rig.service.connections.protocol import Code, Refused
+from rig.service.queue.expander import Summary
 from rig.service.queue.job_queue import Queue
-from rig.service.queue.planner import Summary
 from rig.service.queue.queue_runner import QueueRunner
 from rig.service.queue.start_handler import StartHandler
 from rig.service.records.ledger import Ledger
