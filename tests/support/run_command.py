@@ -26,6 +26,14 @@ ramp_out_s: 0.3
 records:
   - sine: {frequency_hz: 2.0, amplitude_mpa: 0.1}
 """
+LONG = {
+    Phase.SETTLE: SWEEP.replace("settle_s: 0.4", "settle_s: 60"),
+    Phase.ZERO: SWEEP.replace("zero_s: 0.3", "zero_s: 60"),
+    Phase.RAMP_IN: SWEEP.replace("ramp_in_s: 0.3", "ramp_in_s: 60"),
+    Phase.SWEEP: SWEEP.replace("duration_s: 0.6", "duration_s: 60"),
+    Phase.RAMP_OUT: SWEEP.replace("ramp_out_s: 0.3", "ramp_out_s: 3"),
+}
+"""Sweeps for what strikes in a phase and ends the run by it: who strikes may come late. The ramp out is carried out."""
 PATIENCE_S = 240.0
 """For a process to come to its end, or to where it is waited for, on a machine that does other work too."""
 T = TypeVar("T")
@@ -61,6 +69,7 @@ class Running:
         self.ring = until(self._ring)
 
     def _ring(self) -> Ring | None:
+        self._goes_on("opened its rig")
         for path in shared.folder().glob("pamrig-*-ring"):
             if shared.living_owner(path) == self.process.pid:
                 try:
@@ -70,8 +79,23 @@ class Running:
         return None
 
     def reach(self, phase: Phase) -> None:
-        """Return as soon as the loop is in `phase`."""
-        until(lambda: (last := self.ring.latest()) is not None and last.phase == phase)
+        """Return as soon as the loop is in `phase`, which must be long enough that a busy machine does not look past
+        it (`LONG`)."""
+
+        def there() -> bool:
+            last = self.ring.latest()
+            if last is not None and last.phase == phase:
+                return True
+            self._goes_on(f"was seen in {phase.name}")
+            return False
+
+        until(there)
+
+    def _goes_on(self, until_it: str) -> None:
+        """What has ended comes nowhere any more: it is told at once, and not after a patience meant for busy
+        machines."""
+        if self.process.poll() is not None:
+            raise AssertionError(f"the run ended before it {until_it}: {self.process.communicate()[1]}")
 
     def loop(self) -> psutil.Process:
         """The process that ticks, by its name."""

@@ -13,7 +13,7 @@ from pathlib import Path
 import psutil
 import pytest
 from support.records.mcap_files import contents
-from support.run_command import PATIENCE_S, SWEEP, Running, pamrig, until
+from support.run_command import LONG, PATIENCE_S, SWEEP, Running, pamrig, until
 
 from rig.realtime import shared
 from rig.realtime.faults import Fault
@@ -61,6 +61,7 @@ def test_a_record_that_cannot_be_written_ends_those_that_were_to_follow(sweep: P
 def test_ctrl_c_in_every_phase_leaves_a_safe_rig_and_a_valid_file(
     phase: Phase, sweep: Path, rig: Path, tmp_path: Path
 ) -> None:
+    sweep.write_text(LONG[phase])
     run = Running(sweep, "--rig", rig, "--out", tmp_path / "out", "--json", "-")
     run.reach(phase)
     run.process.send_signal(signal.SIGINT)
@@ -86,7 +87,7 @@ def test_ctrl_c_before_the_loop_moves_records_nothing(sweep: Path, rig: Path, tm
 
 
 def test_a_second_ctrl_c_is_an_emergency_stop(sweep: Path, rig: Path, tmp_path: Path) -> None:
-    sweep.write_text(SWEEP.replace("ramp_out_s: 0.3", "ramp_out_s: 30"))
+    sweep.write_text(LONG[Phase.SWEEP].replace("ramp_out_s: 0.3", "ramp_out_s: 30"))
     run = Running(sweep, "--rig", rig, "--out", tmp_path / "out", "--json", "-")
     run.reach(Phase.SWEEP)
     run.process.send_signal(signal.SIGINT)
@@ -100,6 +101,7 @@ def test_a_second_ctrl_c_is_an_emergency_stop(sweep: Path, rig: Path, tmp_path: 
 
 
 def test_sigterm_ramps_down_and_finishes_the_file(sweep: Path, rig: Path, tmp_path: Path) -> None:
+    sweep.write_text(LONG[Phase.SWEEP])
     run = Running(sweep, "--rig", rig, "--out", tmp_path / "out", "--json", "-")
     run.reach(Phase.SWEEP)
     run.process.terminate()
@@ -111,6 +113,7 @@ def test_sigterm_ramps_down_and_finishes_the_file(sweep: Path, rig: Path, tmp_pa
 def test_a_terminal_that_is_closed_leaves_a_safe_rig_and_a_finished_file(
     sweep: Path, rig: Path, tmp_path: Path
 ) -> None:
+    sweep.write_text(LONG[Phase.SWEEP])
     running = Running(sweep, "--rig", rig, "--out", tmp_path / "out", "--json", "-")
     running.reach(Phase.SWEEP)
     os.killpg(running.process.pid, signal.SIGHUP)  # the kernel tells every process of the terminal
@@ -125,6 +128,7 @@ def test_a_terminal_that_is_closed_leaves_a_safe_rig_and_a_finished_file(
 
 
 def test_a_killed_recorder_stops_the_rig_and_the_record_is_invalid(sweep: Path, rig: Path, tmp_path: Path) -> None:
+    sweep.write_text(LONG[Phase.SWEEP])
     run = Running(sweep, "--rig", rig, "--out", tmp_path / "out", "--json", "-")
     run.reach(Phase.ZERO)
     recorder = run.recorder()
@@ -142,6 +146,7 @@ def test_a_killed_recorder_stops_the_rig_and_the_record_is_invalid(sweep: Path, 
 
 
 def test_a_killed_loop_is_told_and_its_record_is_invalid(sweep: Path, rig: Path, tmp_path: Path) -> None:
+    sweep.write_text(LONG[Phase.SWEEP])
     run = Running(sweep, "--rig", rig, "--out", tmp_path / "out", "--json", "-")
     run.reach(Phase.SWEEP)
     run.loop().kill()
@@ -155,6 +160,7 @@ def test_a_killed_loop_is_told_and_its_record_is_invalid(sweep: Path, rig: Path,
 
 
 def test_a_killed_command_leaves_a_safe_rig_and_a_finished_file(sweep: Path, rig: Path, tmp_path: Path) -> None:
+    sweep.write_text(LONG[Phase.SWEEP])
     run = Running(sweep, "--rig", rig, "--out", tmp_path / "out")
     run.reach(Phase.SWEEP)
     loop = run.loop()
@@ -173,7 +179,7 @@ def test_a_killed_command_leaves_a_safe_rig_and_a_finished_file(sweep: Path, rig
 
 
 def test_a_command_that_hangs_loses_the_rig_to_the_safe_state(sweep: Path, rig: Path, tmp_path: Path) -> None:
-    sweep.write_text(SWEEP.replace("duration_s: 0.6", "duration_s: 60"))
+    sweep.write_text(LONG[Phase.SWEEP])
     run = Running(sweep, "--rig", rig, "--out", tmp_path / "out", "--json", "-")
     run.reach(Phase.SWEEP)
     run.process.send_signal(signal.SIGSTOP)  # as Ctrl-Z does
