@@ -153,26 +153,23 @@ def chunk(data: bytes, compression: bytes, packed: bytes, claimed: int | None = 
     return struct.pack("<BQ", 6, len(body)) + body
 
 
-def bombs() -> dict[str, bytes]:
-    zeros = bytes(12 << 20)
-    packed = zstandard.compress(zeros)
-    message = struct.pack("<BQHIQQ", 5, 22, 1, 0, 0, 0)
-    many = message * 400_000
-    return {
-        "claims 16 EiB": MAGIC + chunk(b"", b"zstd", packed, (1 << 64) - 1),
-        "claims 4 GiB in its frame": MAGIC
-        + chunk(b"", b"zstd", b"\x28\xb5\x2f\xfd\xe0" + struct.pack("<Q", 1 << 32) + bytes(8), 100),
-        "zeros": MAGIC + chunk(zeros, b"zstd", packed) * 20,
-        "empty messages, ten times": MAGIC + chunk(many, b"zstd", zstandard.compress(many)) * 10,
-        "empty records": MAGIC + struct.pack("<BQ", 13, 0) * 20_000,
-        "nothing but sixes": MAGIC + b"\x06" * 1_000_000,
-        "many chunk heads": MAGIC + (b"\x06" + struct.pack("<Q", 100) + bytes(28) + b"\x04\0\0\0zstd") * 20_000,
-    }
+ZEROS, MANY = bytes(12 << 20), struct.pack("<BQHIQQ", 5, 22, 1, 0, 0, 0) * 400_000
+BOMBS: dict[str, Callable[[], bytes]] = {
+    "claims 16 EiB": lambda: chunk(b"", b"zstd", zstandard.compress(ZEROS), (1 << 64) - 1),
+    "claims 4 GiB in its frame": lambda: chunk(
+        b"", b"zstd", b"\x28\xb5\x2f\xfd\xe0" + struct.pack("<Q", 1 << 32) + bytes(8), 100
+    ),
+    "zeros": lambda: chunk(ZEROS, b"zstd", zstandard.compress(ZEROS)) * 20,
+    "empty messages, ten times": lambda: chunk(MANY, b"zstd", zstandard.compress(MANY)) * 10,
+    "empty records": lambda: struct.pack("<BQ", 13, 0) * 20_000,
+    "nothing but sixes": lambda: b"\x06" * 1_000_000,
+    "many chunk heads": lambda: (b"\x06" + struct.pack("<Q", 100) + bytes(28) + b"\x04\0\0\0zstd") * 20_000,
+}
 
 
-@pytest.mark.parametrize("name", list(bombs()))
+@pytest.mark.parametrize("name", BOMBS)
 def test_bombs_stay_small_and_end(name: str) -> None:
-    data = bombs()[name]
+    data = MAGIC + BOMBS[name]()
     tracemalloc.start()
     begun = time.process_time()
     assert_survived(data)

@@ -29,6 +29,8 @@ UNITS = ("unit_a", "unit_b")
 _ALONE = "no other diagnosis of such a rig is known to measure beside"
 CASES_A_UNIT: int | None = None
 """All."""
+RECORDS: int | None = None
+"""Of each session; all."""
 ROWS: int | None = None
 """Of each record; all."""
 EFFECTS: Sequence[str] | None = None
@@ -97,7 +99,7 @@ def _session(folder: Path) -> "list[Record]":
     from rig.log.reader import read
 
     able = {} if EFFECTS is None else {EFFECTS_FACT: list(EFFECTS)}
-    records = [record.rows(slice(0, ROWS)) for record in read(folder)]
+    records = [record.rows(slice(0, ROWS)) for record in read(folder)[:RECORDS]]
     return [replace(record, facts={**record.facts, **able}) for record in records]
 
 

@@ -21,6 +21,8 @@ QUALITY_ITERATIONS = 200, 1000
 PEER_ITERATIONS = 30
 SEEDS = range(1, 21)
 ROUNDS = 5
+FRESH = True
+"""The first search is timed with no machine code at hand."""
 _COMPILE = """
 import time, numpy as np
 from rig.model.compiled.swarm import lay_inputs, swarm_errors, swarm_peaks
@@ -157,7 +159,7 @@ def _pyswarms(objective: Any, dimension: int) -> None:
 def _compile() -> dict[str, Any]:
     """What the first search of a fresh installation pays, and every later one."""
     with tempfile.TemporaryDirectory() as folder:
-        environment = os.environ | {"NUMBA_CACHE_DIR": folder}
+        environment = os.environ | ({"NUMBA_CACHE_DIR": folder} if FRESH else {})
         first, again = (
             float(
                 subprocess.run(

@@ -14,6 +14,10 @@ from typing import Any, Final
 from rig.qualify.benchmarks import figure
 
 SWEEP = "gap"
+HEALTHY, WORN = "simulated", "simulated_worn"
+"""The rig, and as it is when it has changed."""
+SEARCH: tuple[str, ...] = ()
+"""How its simulator is searched, in the words of `pamrig identify`; its defaults."""
 DAYS = 6
 """Healthy days that the diagnosis compares with."""
 CASES = 60
@@ -36,14 +40,14 @@ def bench_waits() -> dict[str, Any]:
     with TemporaryDirectory(prefix="pamrig-bench-") as folder:
         place = Path(folder)
         _record(place)
-        _pamrig(place, "identify", "day_1", "-o", "model.yaml")
+        _pamrig(place, "identify", "day_1", *SEARCH, "-o", "model.yaml")
         return {name: row for part in PARTS for name, row in part(place).items()}
 
 
 def _record(place: Path) -> None:
     """A session of a rig that has changed, and the healthy days before it, in virtual time."""
-    days = [(f"day_{seed}", "simulated", seed) for seed in range(1, DAYS + 1)]
-    for name, rig, seed in (*days, ("worn", "simulated_worn", DAYS + 1)):
+    days = [(f"day_{seed}", HEALTHY, seed) for seed in range(1, DAYS + 1)]
+    for name, rig, seed in (*days, ("worn", WORN, DAYS + 1)):
         _pamrig(place, "run", SWEEP, "--rig", rig, "--clock", "virtual", "--seed", f"{seed}", "-o", name)
 
 
@@ -72,7 +76,7 @@ def identified(place: Path) -> dict[str, Any]:
     from rig.model.compiled.swarm import cores
     from rig.qualify.benchmarks.identify import steps_per_second
 
-    seconds = _pamrig(place, "identify", "day_1", "-o", "again.yaml", "--json", "identified.json")
+    seconds = _pamrig(place, "identify", "day_1", *SEARCH, "-o", "again.yaml", "--json", "identified.json")
     evaluations = json.loads((place / "identified.json").read_text(encoding="utf-8"))["evaluations"]
     ticks = sum(len(record) for record in read(place / "day_1"))
     return {

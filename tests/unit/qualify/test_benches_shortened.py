@@ -14,6 +14,7 @@ import yaml
 from conftest import ROOT
 from support.warm import Warm
 
+from rig.app import shipped
 from rig.cli.qualify import bench as command
 from rig.qualify.benchmarks import (
     gap,
@@ -100,6 +101,7 @@ def test_identify(short: Callable[..., None], capsys: pytest.CaptureFixture[str]
     if find_spec("pyswarms") is None:  # importing it leaves a file where one stands
         pytest.skip("pyswarms is not installed")
     short(identify, SEEDS=range(1, 2), ROUNDS=1, PEER_ITERATIONS=3, ITERATIONS=20, QUALITY_ITERATIONS=(5, 10))
+    short(identify, FRESH=False)
     assert_drawn("identify", identify.bench_identify(), capsys)
 
 
@@ -123,30 +125,43 @@ def test_safety(short: Callable[..., None], capsys: pytest.CaptureFixture[str]) 
     assert_drawn("safety", safety.bench_safety(trials=1), capsys)
 
 
+@pytest.fixture
+def forked(warm: Warm, tmp_path: Path) -> Callable[..., str]:
+    """A command as the benchmarks' own, whose time is not what is measured: what it says as JSON."""
+
+    def pamrig(*words: object) -> str:
+        status, said = warm.run(["pamrig", *map(str, words)], tmp_path)
+        assert status == 0, said
+        return said[said.find("{") : said.rfind("}") + 1]  # it stands beside what stderr was told
+
+    return pamrig
+
+
 def test_gap(
-    shared: Path, short: Callable[..., None], capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+    shared: Path,
+    short: Callable[..., None],
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+    forked: Callable[..., str],
 ) -> None:
     practice = shared / "practice"
     if not (practice / "labels.json").is_file():
         pytest.skip("the practice set is not part of the project")
     monkeypatch.setenv("PAMRIG_PRACTICE", str(practice))
     search = ("--seeds", "1", "--particles", "20", "--iterations", "50", "--unbounded")
-    effects = ("delay", "valve_lag", "pressure_ceiling", "coulomb_friction", "backlash")
-    short(gap, CASES_A_UNIT=2, ROWS=900, EFFECTS=effects, SEARCH=search)
+    effects = ("valve_lag", "pressure_ceiling", "coulomb_friction")  # those of the cases
+    short(gap, CASES_A_UNIT=2, RECORDS=4, ROWS=820, EFFECTS=effects, SEARCH=search)
+    short(gap, pamrig=forked)
     assert_drawn("gap", gap.bench_gap(), capsys)
 
 
-def test_tracking(short: Callable[..., None], capsys: pytest.CaptureFixture[str], tmp_path: Path, warm: Warm) -> None:
-    def pamrig(*words: object) -> str:
-        """A command as the benchmark's own, whose time is not what is measured."""
-        status, said = warm.run(["pamrig", *map(str, words)], tmp_path)
-        assert status == 0, said
-        return said[said.find("{") : said.rfind("}") + 1]  # the JSON, which stands beside what stderr was told
-
+def test_tracking(
+    short: Callable[..., None], capsys: pytest.CaptureFixture[str], tmp_path: Path, forked: Callable[..., str]
+) -> None:
     reference = tmp_path / "brief.yaml"
     reference.write_text(BRIEF.replace("0.2}", "25}").replace("amplitude_mpa", "amplitude_deg") + GAINS)
     short(tracking, CASES=tracking.CASES[:1], HEALTHY_DAYS=1, SECONDS=0.5, TURNS=1, SWEEP="quick", REFERENCE=reference)
-    short(tracking, pamrig=pamrig)
+    short(tracking, pamrig=forked)
     assert_drawn("tracking", tracking.bench_tracking(), capsys)
 
 
@@ -155,8 +170,15 @@ def test_history(short: Callable[..., None], capsys: pytest.CaptureFixture[str])
     assert_drawn("history", history.bench_history(), capsys)
 
 
-def test_waits(short: Callable[..., None], capsys: pytest.CaptureFixture[str]) -> None:
-    short(waits, SWEEP="quick", DAYS=1, PARTS=(waits.diagnosed, waits.identified))
+def test_waits(short: Callable[..., None], capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    for name in ("simulated", "simulated_worn"):
+        text = (
+            (shipped.configs() / "rigs" / f"{name}.yaml").read_text().replace("../models/simulated.yaml", "simulated")
+        )
+        (tmp_path / f"{name}.yaml").write_text(text + "effects: [valve_lag, delay]\n")
+    short(waits, HEALTHY=f"{tmp_path}/simulated.yaml", WORN=f"{tmp_path}/simulated_worn.yaml")
+    search = ("--seeds", "1", "--particles", "20", "--iterations", "50", "--unbounded")
+    short(waits, SWEEP="quick", DAYS=1, SEARCH=search, PARTS=(waits.diagnosed, waits.identified))
     figures = waits.bench_waits()
     assert all(row["value"] > row["limit_value"] for row in figures.values()), "nothing is quicker than its limit"
     assert_drawn("waits", figures, capsys, ["gap check, 400 cases", "make run, once installed"])
