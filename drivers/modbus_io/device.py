@@ -89,7 +89,7 @@ class ModbusIo(Abilities):
             return facts
         for session in (stations.outputs, stations.inputs):
             set_reply_time(session.client, settings.reply_s or _REPLY_SHARE * self._period_s)
-        self._route = Direct(stations, self._context, mode is ExchangeMode.COMBINED, settings.watchdog_s)
+        self._route = Direct(stations, self._context, self._safe, mode is ExchangeMode.COMBINED, settings.watchdog_s)
         return facts
 
     def _choose(self, p99_s: float) -> ExchangeMode:

@@ -17,12 +17,14 @@ from pymodbus.client import AsyncModbusSerialClient
 from drivers.io_process.worker import Exchange
 from drivers.modbus_io.codec import rtu_silence_s
 from drivers.modbus_io.plan import ExchangePlan, make_plan
+from drivers.modbus_io.read_back import ReadBack
 from drivers.modbus_io.session import ModbusSession, hush, never_give_up
 from drivers.modbus_io.settings import ModbusSettings, SerialLine
 from drivers.modbus_io.stations import Stations, rebuild
 from rig.errors import DeviceError, DeviceLost
 from rig.interfaces import Role
 
+_ECHO: Final = "; each request comes back as it was sent: switch the echo of the adapter off"
 _FEEDING: Final = 0.25
 """Of the time of the module's watchdog: how often it is asked for something where nothing else is."""
 
@@ -30,8 +32,14 @@ _FEEDING: Final = 0.25
 class ModbusLink:
     """A `drivers.io_process.worker.WireLink`: outputs are counts by place, values are counts by place (see plan)."""
 
-    def __init__(self, settings: ModbusSettings, roles: frozenset[Role], safe_numbers: dict[int, float]) -> None:
+    def __init__(
+        self, settings: ModbusSettings, roles: frozenset[Role], safe_numbers: dict[int, float], *, rescue: bool = False
+    ) -> None:
+        """`rescue`: opened to make safe, for which a module that is not heard is told all the same."""
         self._settings, self._safe = settings, safe_numbers
+        self._back = ReadBack(safe_numbers, time.monotonic_ns)
+        self._safe_wanted = rescue
+        """Outputs were driven from here, or are somebody's who is gone: what stands there is not to stay."""
         self._plan: ExchangePlan = make_plan(settings, roles)
         self._loop = asyncio.new_event_loop()
         self._stations: Stations | None = None
@@ -45,6 +53,9 @@ class ModbusLink:
         """When the module with the outputs was asked for something, where that has to be seen to."""
         self._quiet_s = 0.0
         """Until then the line is to be silent."""
+        self._sent = b""
+        self._echoed = False
+        """What was sent came back as it was."""
         self._busy = line is not None  # a serial line is worth keeping busy; on TCP every order wakes us anyway
 
     def connect(self) -> Mapping[str, str]:
@@ -53,13 +64,25 @@ class ModbusLink:
         self.close()  # an attempt before this one may have got as far as a line
         self._blind = self._was_up and not self._plan.one_station and bool(self._plan.writes)
         self._stations = self._open()
-        self._failed = False
-        if self._was_up:
-            self._arm_owed = True
-            return self._stations.prove_outputs() if self._blind else self._stations.prove()
-        facts = self._stations.prove_and_arm(self._settings.watchdog_s, self._safe)
+        self._failed = self._echoed = False
+        try:
+            if self._was_up:
+                self._arm_owed = True
+                return self._stations.prove_outputs() if self._blind else self._stations.prove()
+            facts = self._stations.prove_and_arm(self._settings.watchdog_s, self._safe)
+        except DeviceLost:
+            raise
+        except DeviceError as error:
+            self._tell_unheard(self._stations)
+            raise DeviceError(f"{error}{_ECHO if self._echoed else ''}") from None
         self._was_up = True
         return facts
+
+    def _tell_unheard(self, stations: Stations) -> None:
+        """The safe set-points to a module that does not answer: it may hear what it cannot answer to any more."""
+        if self._safe_wanted and stations.outputs.doubtful:
+            with contextlib.suppress(DeviceError):
+                stations.write(self._safe)
 
     def _open(self) -> Stations:
         settings = self._settings
@@ -84,7 +107,8 @@ class ModbusLink:
                 f"{line.device}: cannot be opened: no such port, in use by another program, or not allowed"
             )
         never_give_up(client.ctx)
-        return ModbusSession(client, line.device, self._paced)
+        client.ctx.trace_packet = self._trace
+        return ModbusSession(client, line.device, self._loop_until, self._get_ready)
 
     def exchange(self, outputs: tuple[float, ...] | None, fresh: bool, urgent: bool) -> Exchange:
         """Function 23 where there is one; else outputs when they are new, and inputs in between unless it is urgent."""
@@ -96,11 +120,12 @@ class ModbusLink:
         if line is not None:
             self._settle(line)
         numbers = {place: outputs[place] for place in self._plan.driven} if outputs else None
+        self._safe_wanted = self._safe_wanted or numbers is not None
         try:
             if self._blind and numbers is None:
                 stations = self._see_again(stations)
             done = self._round(stations, numbers, fresh, urgent)
-            if urgent and done.sent and numbers is not None and stations.hold(numbers) is False:
+            if urgent and done.sent and self._back.holds_safe(stations) is False:
                 raise DeviceError(f"{self._settings.resource}: the outputs do not hold the safe set-points")
             self._pay_arming(stations)
             return done
@@ -125,14 +150,19 @@ class ModbusLink:
             self._arm_owed = False
 
     def _round(self, stations: Stations, numbers: dict[int, float] | None, fresh: bool, urgent: bool) -> Exchange:
+        if self._back.owed and not urgent:
+            self._back.look(stations)
         asked_ns, reads = time.monotonic_ns(), self._plan.registers > 0 and not self._blind
         if numbers is not None and fresh and urgent:
             stations.write_safe(numbers, self._settings.watchdog_s)
             return Exchange(sent=True, busy=reads)
         if numbers is not None and self._plan.can_combine:
-            return Exchange(True, _stamped(stations.read_write(numbers), asked_ns), self._busy)
+            found = stations.read_write(numbers)
+            self._back.wrote(stations, numbers)
+            return Exchange(True, _stamped(found, asked_ns), self._busy)
         if numbers is not None and (fresh or not reads) and not self._read_next:
             stations.write(numbers)
+            self._back.wrote(stations, numbers)
             self._fed_s = time.monotonic()
             self._read_next = reads
             return Exchange(sent=True, busy=self._read_next)
@@ -145,14 +175,26 @@ class ModbusLink:
             return Exchange(busy=False)
         return Exchange(values=_stamped(stations.read(), asked_ns), busy=self._busy)
 
-    def _paced(self, response: Awaitable[Any]) -> Any:
-        """One exchange, after the silence that parts two frames. asyncio would round that up to whole milliseconds."""
+    def _get_ready(self) -> None:
+        """The silence that parts two frames, which asyncio would round up to whole milliseconds; then whatever came
+        unasked is thrown away, or a reply that was sent twice would answer the next request, and each from then on."""
         if (left_s := self._quiet_s - time.monotonic()) > 0:
             time.sleep(left_s)
+        self._loop.run_until_complete(asyncio.sleep(0))
+
+    def _loop_until(self, response: Awaitable[Any]) -> Any:
         try:
             return self._loop.run_until_complete(response)
         finally:
             self._quiet_s = time.monotonic() + self._silence_s
+
+    def _trace(self, sending: bool, data: bytes) -> bytes:
+        """pymodbus shows every frame."""
+        if sending:
+            self._sent = data
+        elif self._sent and data.startswith(self._sent):
+            self._echoed = True
+        return data
 
     def _settle(self, line: SerialLine) -> None:
         """RTU replies have no number: after a failure, wait until a late one has come and been thrown away."""
@@ -192,4 +234,5 @@ def _stamped(numbers: Mapping[int, float], asked_ns: int) -> dict[int, tuple[flo
 def link(settings: dict[str, Any]) -> ModbusLink:
     """The link from plain JSON data, as the owner sends it."""
     safe = {int(place): number for place, number in settings["safe"].items()}
-    return ModbusLink(rebuild(settings["device"]), frozenset(Role(role) for role in settings["roles"]), safe)
+    roles = frozenset(Role(role) for role in settings["roles"])
+    return ModbusLink(rebuild(settings["device"]), roles, safe, rescue=settings.get("rescue", False))

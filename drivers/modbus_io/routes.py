@@ -8,6 +8,7 @@ from typing import Final, Protocol
 from drivers.io_process.owner import IoProcess
 from drivers.io_process.worker import WorkerSetup
 from drivers.modbus_io.plan import VALVES, make_plan
+from drivers.modbus_io.read_back import ReadBack
 from drivers.modbus_io.settings import ModbusSettings
 from drivers.modbus_io.stations import Numbers, Stations
 from rig.config import unstructure
@@ -55,8 +56,11 @@ def round_trip(stations: Stations) -> tuple[float, float]:
 class Direct:
     """Exchanges made in the loop itself, each bounded by a share of the period."""
 
-    def __init__(self, stations: Stations, context: DeviceContext, combined: bool, watchdog_s: float) -> None:
+    def __init__(
+        self, stations: Stations, context: DeviceContext, safe: Numbers, combined: bool, watchdog_s: float
+    ) -> None:
         self._stations, self._now = stations, context.clock.now_ns
+        self._back = ReadBack(safe, self._now)
         self._combined, self._watchdog_s = combined, watchdog_s
         self._brought: tuple[Numbers, int] | None = None
         self._has_watchdog, self._must_feed = stations.plan.module.failsafe is not None, stations.plan.must_feed
@@ -67,7 +71,9 @@ class Direct:
     def read(self) -> tuple[Numbers, int]:
         brought, self._brought = self._brought, None
         fed, self._fed = self._fed, False
-        if self._must_feed and not fed:
+        if self._back.owed:
+            self._back.look(self._stations)
+        elif self._must_feed and not fed:
             self._stations.feed(self._standing)
         if brought is None:
             if not self._stations.plan.registers:
@@ -84,6 +90,7 @@ class Direct:
             self._brought = self._stations.read_write(numbers), asked_ns
         else:
             self._stations.write(numbers)
+        self._back.wrote(self._stations, numbers)
 
     def safe(self, numbers: Numbers) -> None:
         self._brought = None
@@ -91,7 +98,7 @@ class Direct:
         self._stations.write_safe(numbers, self._watchdog_s)
 
     def hold(self, numbers: Numbers) -> bool | None:
-        return self._stations.hold(numbers)
+        return self._back.holds_safe(self._stations)
 
     def keep(self) -> None:
         if self._has_watchdog:
@@ -121,7 +128,11 @@ class Process:
         worst_ns = int(1e9 * (2 * round_s + 2 * settings.patience_s))
         self._max_age_ns = 4 * worst_ns
         self._patience_s = context.period_ns / 2e9
-        outputs = {"device": unstructure(replace(settings, further={})), "roles": sorted(context.roles & set(VALVES))}
+        outputs = {
+            "device": unstructure(replace(settings, further={})),
+            "roles": sorted(context.roles & set(VALVES)),
+            "rescue": True,
+        }
         # the rescue is for the outputs alone: whether there are inputs to be had does not matter
         rescue = job._replace(settings=job.settings | outputs)
         self.io = IoProcess(settings.resource, job, rescue, hang_ns=4 * worst_ns + 100_000_000)

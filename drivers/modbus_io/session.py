@@ -32,8 +32,15 @@ _REASONS: Final = {
 class ModbusSession:
     """Exchanges with the units behind one client."""
 
-    def __init__(self, client: Any, where: str, wait: Callable[[Any], Any] = lambda response: response) -> None:
-        self.client, self.where, self._wait = client, where, wait
+    def __init__(
+        self,
+        client: Any,
+        where: str,
+        wait: Callable[[Any], Any] = lambda response: response,
+        get_ready: Callable[[], None] = lambda: None,
+    ) -> None:
+        """`get_ready` is called before each exchange."""
+        self.client, self.where, self._wait, self._get_ready = client, where, wait, get_ready
         self.doubtful = False
         """The last exchange failed, so a late reply may still come."""
 
@@ -76,6 +83,7 @@ class ModbusSession:
         return registers
 
     def _exchange(self, call: Callable[[], Any], what: str) -> Any:
+        self._get_ready()
         if not self.client.connected:
             raise DeviceLost(
                 f"{self.where}: not connected"

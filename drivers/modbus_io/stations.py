@@ -13,7 +13,7 @@ from drivers.modbus_io.settings import ModbusSettings
 from rig.errors import DeviceError
 
 Numbers = dict[int, float]
-_SAME: Final = 0.001
+SAME: Final = 0.001
 """Of the range of an output: 0.5 kPa of 0.5 MPa."""
 
 
@@ -68,7 +68,7 @@ class Stations:
     def prove_and_arm(self, watchdog_s: float, safe_numbers: Mapping[int, float]) -> dict[str, str]:
         """Both, and one reading: the map's inputs are there. A fail-safe that has tripped may refuse it until it is
         armed anew."""
-        facts = self.prove()
+        facts = self.prove() | self._how_far_it_tells()
         try:
             self._try_inputs()
         except DeviceError:
@@ -78,6 +78,14 @@ class Stations:
             self._try_inputs()
             return facts
         return {**facts, **self.arm(watchdog_s, safe_numbers)}
+
+    def _how_far_it_tells(self) -> dict[str, str]:
+        """Of its outputs, for whoever arms."""
+        if not self.plan.writes or self.plan.looking:
+            return {}
+        if self.plan.module.read_back is None:
+            return {"read_back": "none: a safe state is written, and never confirmed"}
+        return {"read_back": "outputs are read back; a gateway that answers with what was written to it cannot be told"}
 
     def _try_inputs(self) -> None:
         if self.plan.registers:
@@ -133,7 +141,7 @@ class Stations:
         if found is None:
             return None
         low, high = self.plan.outputs.counts
-        return all(abs(found[place] - numbers[place]) <= _SAME * (high - low) for place in self.plan.driven)
+        return all(abs(found[place] - numbers[place]) <= SAME * (high - low) for place in self.plan.driven)
 
     def close(self, disarm: bool = True) -> None:
         """Let go; outputs stay, hence a watchdog that would change them is stopped first, unless the line is known to

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 from multiprocessing.connection import Connection
 from multiprocessing.process import BaseProcess
 from pathlib import Path
-from typing import Any, Self
+from typing import Any, Final, Self
 
 from rig.realtime.commands import Mailbox, program_name, program_path
 from rig.realtime.program import Program
@@ -330,9 +330,12 @@ def _has_room(pipe: Connection) -> bool:
     return bool(look.poll(0))
 
 
+_SPOKEN: Final = ("pace", "failsafe", "read_back", "warning")
+
+
 def spoken(device: Mapping[str, str]) -> dict[str, str]:
-    """Of a device's facts those that an operator must know before anything moves: pace, fail-safe, warnings."""
-    return {key: said for key, said in device.items() if _subject(key) in ("pace", "failsafe", "warning")}
+    """Of a device's facts those that an operator must know before anything moves."""
+    return {key: said for key, said in device.items() if _subject(key) in _SPOKEN}
 
 
 def is_warning(key: str) -> bool:
