@@ -47,6 +47,8 @@ class Injection(IntEnum):
     """The pressures fall and stay away, whatever is commanded."""
     CRASH = 17
     """An error that no driver should let through."""
+    REFUSED = 18
+    """The first valve's output is refused in every tick; by itself, as the safe state is written, it is taken."""
 
 
 _ONCE = {Injection.ONE_TIMEOUT, Injection.LATE, Injection.SKIP, Injection.STALL}
@@ -108,9 +110,12 @@ class FaultyRig(Abilities):
         """Put both on the terminals."""
         if self._fault() in (Injection.TIMEOUTS, Injection.GARBLED, Injection.LOST):
             self._fail(self._fault())
-        self._inner.write(p1_cmd_mpa, p2_cmd_mpa)
+        refused = self._fault() is Injection.REFUSED
+        self._inner.write(self._given[0] if refused else p1_cmd_mpa, p2_cmd_mpa)
         self._given = self._inner.setpoints_mpa
         self._terminals.write(*self._given)
+        if refused:
+            raise DeviceError("simulated rig: output 1 is refused")
 
     def safe(self) -> None:
         """The safe set-points at the terminals; works without `open` and past every fault of the sensors."""

@@ -148,6 +148,9 @@ class ItvLink:
                     f"{self._where}: the command {reply!r} came back: regulator or adapter echo; switch that off, or "
                     "set `echo: true` in the dialect"
                 )
+            if self._wire.in_waiting:
+                self._dirty = True
+                raise DeviceError(f"{self._where}: more came than one reply: which is the answer cannot be told")
             return reply, asked_ns
         except serial.SerialTimeoutException:
             self._dirty = True

@@ -12,11 +12,14 @@ import sys
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Final
 
 from hil.faults import Injection
 from rig.errors import CheckFailed, RigError, StateError
+from rig.log.mcap.writer import PARTIAL_SUFFIX
 from rig.qualify.faults.bench import START_S, FaultBench
+from rig.qualify.faults.opening import interrupt_opening
 from rig.service.connections import protocol
 
 _FLUSHED_S: Final = 0.8
@@ -26,6 +29,10 @@ _FULL_S: Final = 1.2
 _FLOOD_S: Final = 1.5
 """Longer than a loop bears without a beat of the process that commands (`CONTROL_PATIENCE_NS`), so that a daemon held
 up by it would be seen."""
+
+
+_STOOD_S: Final = 2.0
+"""Longer than anybody bears who listens to another (`CONTROL_PATIENCE_NS`)."""
 
 
 @dataclass(frozen=True)
@@ -159,6 +166,34 @@ def _sweep_outside(bench: FaultBench) -> int:
     raise CheckFailed("a sweep outside the envelope was not refused")
 
 
+def _moved(bench: FaultBench) -> int:
+    """The folder of the record that is being written gets another name: to who writes it, a disk that was taken
+    away."""
+    partial: list[Path] = bench.wait(lambda: list(bench.logs.rglob(f"*{PARTIAL_SUFFIX}")), "the record")
+    now_ns = time.monotonic_ns()
+    folder = partial[0].parent
+    folder.rename(folder.with_name(f"{folder.name}_moved"))
+    with bench.client() as client:
+        bench.wait(lambda: not client.status()["working"], "the end of the run")
+    return now_ns
+
+
+def _all_stopped(bench: FaultBench) -> int:
+    """As near to a suspended machine as a process comes; returns when it goes on."""
+    pids = bench.pids().values()
+    for pid in pids:
+        os.kill(pid, signal.SIGSTOP)
+    time.sleep(_STOOD_S)
+    now_ns = time.monotonic_ns()
+    for pid in pids:
+        os.kill(pid, signal.SIGCONT)
+    return now_ns
+
+
+def _interrupted(bench: FaultBench) -> int:
+    return interrupt_opening(bench.folder, bench.sweep, START_S)
+
+
 _D, _S = _device, _signal
 _KILL, _STOP = signal.SIGKILL, signal.SIGSTOP
 _LOST: Final = ("LOOP_DIED", "SUPERVISOR_DIED")
@@ -174,6 +209,14 @@ TABLE: Final[tuple[FaultRow, ...]] = (
     FaultRow("garbled", "every reply is garbled", _D(Injection.GARBLED), ("DEVICE_ERRORS",), 60.0, "checksum is wrong"),
     FaultRow(
         "lost", "the connection is closed", _D(Injection.LOST), ("DEVICE_LOST",), 15.0, "the connection was closed"
+    ),
+    FaultRow(
+        "refused",
+        "one output is refused in every tick",
+        _D(Injection.REFUSED),
+        ("DEVICE_ERRORS",),
+        60.0,
+        "output 1 is refused",
     ),
     FaultRow("hang", "the driver hangs", _D(Injection.HANG), ("LOOP_DIED",), 25.0, "it hung or was stopped"),
     FaultRow("crash", "the driver has a bug", _D(Injection.CRASH), ("LOOP_ERROR", "LOOP_DIED"), 15.0),
@@ -312,8 +355,17 @@ TABLE: Final[tuple[FaultRow, ...]] = (
         100.0,
         "is gone",
     ),
+    FaultRow(
+        "all stopped",
+        "SIGSTOP to all of them for 2 s, then SIGCONT",
+        _all_stopped,
+        ("LONG_STALL", *_LOST),
+        100.0,
+    ),
     FaultRow("estop", "`pamrig estop`", estop, ("ESTOP",), 10.0),
     FaultRow("full disk", "the disk takes nothing any more", _full_disk, (), said="not valid"),
+    FaultRow("moved", "the folder of the record is moved away", _moved, (), said="was deleted or moved"),
+    FaultRow("opening", "Ctrl-C to another `pamrig run` while its rig opens", _interrupted, ()),
     FaultRow("flood", "four floods and a subscriber that does not read", _flood, ()),
     FaultRow("second daemon", "another daemon is started", _second_daemon, ()),
     FaultRow("sweep outside", "a sweep that leaves the envelope is sent", _sweep_outside, ()),

@@ -37,6 +37,7 @@ class FreeSpace:
         """Ask anew, and wait for the answer as long as a disk that works may take."""
         if self._asked is None or self._asked.done():
             self._asked = asyncio.ensure_future(aside(self._look))
+            self._asked.add_done_callback(_heard)
         asked = self._asked
         done, _ = await asyncio.wait({asked}, timeout=SILENCE_S)
         self._answers = bool(done) and asked.exception() is None  # this machine may have no thread to ask from
@@ -54,3 +55,10 @@ class FreeSpace:
             return shutil.disk_usage(self._folder).free / 1e9
         except OSError:
             return None
+
+
+def _heard(asked: "asyncio.Future[float | None]") -> None:
+    """An answer that comes after it was waited for may be that there was no thread to ask from: of no use to anybody,
+    and no error of the daemon's own in its log."""
+    if not asked.cancelled():
+        asked.exception()

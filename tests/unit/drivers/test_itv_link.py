@@ -1,5 +1,8 @@
 """A serial regulator's line as its I/O process sees it: echoes, and answers to what was asked before."""
 
+import os
+import threading
+import tty
 from typing import Any
 
 import pytest
@@ -39,8 +42,8 @@ class LateWire:
         pass
 
 
-def made(device: str, **dialect: Any) -> ItvLink:
-    return ItvLink(LinkSettings("valve_1", SerialPort(device), Dialect(**dialect), patience_s=0.001))
+def made(device: str, patience_s: float = 0.001, **dialect: Any) -> ItvLink:
+    return ItvLink(LinkSettings("valve_1", SerialPort(device), Dialect(**dialect), patience_s=patience_s))
 
 
 def test_a_late_answer_to_one_hello_does_not_answer_the_next(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -56,3 +59,27 @@ def test_an_echo_is_named_and_not_taken_for_noise() -> None:
         made("loop://").connect()
     with pytest.raises(DeviceError, match="no answer within"):
         made("loop://", echo=True).connect()
+
+
+def test_of_two_replies_neither_is_taken_for_the_answer() -> None:
+    """The first was: the answer to an earlier command, or noise that is a number, and the pressure stood behind it."""
+    line, device = os.openpty()
+    tty.setraw(device)
+    link = made(os.ttyname(device), 1.0)
+    regulator = threading.Thread(target=_answer, args=(line, [b"205\r\n", b"777\r\n206\r\n", b"207\r\n"]))
+    regulator.start()
+    link.connect()
+    with pytest.raises(DeviceError, match="more came than one reply"):
+        link.exchange(None, False, False)
+    assert link.exchange(None, False, False).values[0][0] == 207
+    regulator.join()
+    link.close()
+    os.close(line)
+    os.close(device)
+
+
+def _answer(line: int, replies: list[bytes]) -> None:
+    for reply in replies:
+        while not os.read(line, 100).endswith(b"\n"):
+            pass
+        os.write(line, reply)

@@ -1,6 +1,7 @@
 """The room for records is told also while its disk does not answer, and nobody waits for it for long."""
 
 import asyncio
+import gc
 import threading
 from pathlib import Path
 from types import SimpleNamespace
@@ -8,6 +9,7 @@ from typing import Any
 
 import pytest
 
+from rig.service.aside import NoThread
 from rig.service.records import free_space
 from rig.service.records.free_space import FreeSpace
 
@@ -61,3 +63,27 @@ def test_what_does_not_answer_keeps_no_process_from_its_end(tmp_path: Path, monk
     asyncio.run(space.look())  # comes to an end
     assert space.trouble
     answers.set()
+
+
+def test_a_look_that_found_no_thread_is_no_error_of_the_daemons_own(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It was a traceback in the log: "Task exception was never retrieved"."""
+    said: list[object] = []
+
+    async def no_thread(_: object) -> float:
+        await asyncio.sleep(0.01)
+        raise NoThread("this machine gives no thread for it")
+
+    async def look() -> None:
+        asyncio.get_running_loop().set_exception_handler(lambda _, context: said.append(context))
+        space = FreeSpace(tmp_path)
+        await space.look()
+        await asyncio.sleep(0.05)
+        await space.look()  # asks anew
+        gc.collect()
+
+    monkeypatch.setattr(free_space, "aside", no_thread)
+    monkeypatch.setattr(free_space, "SILENCE_S", 0.001)
+    asyncio.run(look())
+    assert not said
