@@ -17,6 +17,7 @@ from rig.model.parameters import Input, Model
 from rig.model.response.fingerprint_check import fingerprint_trouble
 from rig.model.simulation import DIVERGED_DEG, before_sensor, run_stages
 from rig.record import Column, Record
+from rig.session_times import begun_s
 
 _POWER_SHARE = 0.02
 """A frequency counts as part of an excitation when it holds this share of the strongest one's power."""
@@ -70,7 +71,7 @@ def validate(model: Model, records: Sequence[Record], sweep: SweepRange, options
     """Score `model` on each record, driven as it was identified, and check it over the sweep range."""
     records, rests = at_own_rest(records)
     prepared = [prepare(record, model, options) for record in records]
-    scores = [_score_of(model, each) for each in prepared]
+    scores = [_score_of(model, each, at_s) for each, at_s in zip(prepared, begun_s(records).tolist(), strict=True)]
     warnings = [text for each in prepared for text in each.warnings + outside(model, each)]
     warnings += [rests] if rests else []
     warnings += [trouble] if (trouble := fingerprint_trouble(model)) else []
@@ -116,13 +117,15 @@ def excited_hz(column: Column, dt_s: float) -> tuple[float, float]:
     return float(hz[min(strong[0] + 1, len(hz) - 1)]), float(hz[max(strong[-1] - 1, 0)])
 
 
-def _score_of(model: Model, data: Prepared) -> Score:
+def _score_of(model: Model, data: Prepared, at_s: float) -> Score:
+    """Of a record that began so long after its session."""
     name = str(data.record.source or data.record.name)
-    row = score(name, data.angle_deg, predict(model, data), data.skip)
+    row = score(name, data.angle_deg, predict(model, data, begun_s=at_s), data.skip)
     if model.muscle.input is Input.COMMAND:
         return row
     p1, p2 = driving_pressures(data.grid, Input.COMMAND, model.p0_mpa)
     angle = np.zeros(len(p1))
-    run_stages(lay_out(model), p1, p2, angle, model.sample_time_s, before_sensor(model, float(data.angle_deg[0])))
+    start = before_sensor(model, float(data.angle_deg[0]))
+    run_stages(lay_out(model), p1, p2, angle, model.sample_time_s, start, at_s)
     whole = score(name, data.angle_deg, angle, data.skip)
     return Score(**{**row.__dict__, "command_rmse_deg": whole.rmse_deg})

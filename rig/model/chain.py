@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 
 from rig.config import suggest
 from rig.errors import ModelError
-from rig.model.effect_stages import EFFECT_STAGES, FORMER_NAMES
+from rig.model.effect_stages import EFFECT_STAGES, FORMER_NAMES, WHOLE_SESSION
 from rig.model.effect_stages.timing import MOST_TICKS
 from rig.model.equations import stages
 from rig.model.external.simulator import KIND as EXTERNAL
@@ -119,7 +119,9 @@ def place_effect(added: AddedEffect, defaults: Mapping[str, float]) -> Placed:
                 f"{where}: {allowed.name} {params[allowed.name]:g} is outside {allowed.low:g} .. {allowed.high:g} "
                 f"{allowed.unit}"
             )
-    return Placed(added.effect, known.slot, known.stage, tuple(params[name] for name in names), known.state_size)
+    numbers = tuple(params[name] for name in names)
+    whole = params.get(WHOLE_SESSION.name, WHOLE_SESSION.neutral) > 0.5
+    return Placed(added.effect, known.slot, known.stage, numbers, known.state_size, whole)
 
 
 class Chain:

@@ -28,9 +28,16 @@ _Y_UNIT = KINDS[Slot.MUSCLE][StageKind.MBW].index("y_unit_deg")
 
 
 def run_stages(
-    placed: Iterable[Placed], p1_mpa: Column, p2_mpa: Column, angle_deg: Column, dt_s: float, start_deg: float = 0.0
+    placed: Iterable[Placed],
+    p1_mpa: Column,
+    p2_mpa: Column,
+    angle_deg: Column,
+    dt_s: float,
+    start_deg: float = 0.0,
+    begun_s: float = 0.0,
 ) -> None:
-    """Run stages over columns of equal length in place. A muscle starts at `start_deg`."""
+    """Run stages over columns of equal length in place. A muscle starts at `start_deg`, the record `begun_s` after its
+    session."""
     for stage in placed:
         state = np.zeros(max(stage.n_state, 1))
         params = np.array(stage.params or (0.0,))
@@ -38,15 +45,25 @@ def run_stages(
             state[2] = start_deg / params[_Y_UNIT]
         if isinstance(stage.stage, External):
             state[0] = start_deg
+        if stage.whole_session:
+            state[0] = begun_s
         run: Any = stage.stage if isinstance(stage.stage, External) else compiled(stage.stage)
         run(p1_mpa, p2_mpa, angle_deg, state, params, dt_s)
 
 
-def simulate(model: Model, record: Record, *, drive: Input = Input.COMMAND, start_deg: float | None = None) -> Record:
+def simulate(
+    model: Model,
+    record: Record,
+    *,
+    drive: Input = Input.COMMAND,
+    start_deg: float | None = None,
+    begun_s: float = 0.0,
+) -> Record:
     """What `model` says under the commands of `record`: its times, with p1_mpa, p2_mpa and angle_deg simulated.
 
     drive=PRESSURE runs muscles, joint and sensor from the measured pressures instead, without their monitors' noise.
-    The angle starts at `start_deg`; None: at the first measured angle, or 0 without one. A record off the model's
+    The angle starts at `start_deg`; None: at the first measured angle, or 0 without one. The record begins `begun_s`
+    after its session, which counts for what goes on from record to record. A record off the model's
     sample time is simulated on its grid and read back at its own times. A model driven by the command says nothing of
     pressures: they are None then. Raises ModelError when the model diverges, or is later than its stages can hold;
     RecordError when the record lacks what drives it.
@@ -59,9 +76,9 @@ def simulate(model: Model, record: Record, *, drive: Input = Input.COMMAND, star
     split = [stage.slot in (Slot.TIMING, Slot.VALVE) for stage in placed].count(True)
     if drive is Input.COMMAND:
         check_lateness(placed, dt_s, len(grid))
-        run_stages(placed[:split], p1, p2, angle, dt_s)
+        run_stages(placed[:split], p1, p2, angle, dt_s, begun_s=begun_s)
     monitor1, monitor2 = p1.copy(), p2.copy()
-    run_stages(placed[split:], p1, p2, angle, dt_s, _start(grid) if start_deg is None else start_deg)
+    run_stages(placed[split:], p1, p2, angle, dt_s, _start(grid) if start_deg is None else start_deg, begun_s)
     if not np.all(np.abs(angle) < DIVERGED_DEG):
         first = int(np.argmin(np.abs(angle) < DIVERGED_DEG))
         at = f"{record.name}: the model diverges under this input at {grid.t_s[first]:.2f} s"

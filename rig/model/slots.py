@@ -19,9 +19,10 @@ class StageNumbers(tuple[float, ...]):
 StageFunction = Callable[[Values, Values, Values, Values, Sequence[float], float], None]
 """stage(p1, p2, y, state, params, dt_s): changes p1 and p2 (MPa) or y (deg) in place, tick by tick.
 
-`state` is what it carries from one block to the next, all zero before the first tick; a stage must give the same result
-however a record is cut into blocks. `params` are its numbers in the order of its parameters' names. Written in the part
-of Python that numba compiles: loops, floats and `math`, no allocation.
+`state` is what it carries from one block to the next, all zero before the first tick, but for the first place of one
+that counts the time of the session; a stage must give the same result however a record is cut into blocks. `params` are
+its numbers in the order of its parameters' names. Written in the part of Python that numba compiles: loops, floats and
+`math`, no allocation.
 """
 
 
@@ -50,3 +51,5 @@ class Placed(NamedTuple):
     stage: StageFunction
     params: tuple[float, ...]
     n_state: int
+    whole_session: bool = False
+    """It counts time since the session began, in seconds and in the first place of its state."""

@@ -123,7 +123,7 @@ def _by_simulator(model: Model, *, sister: bool) -> RehearsedRig:
 def family_rig(family: str, unit: int) -> RehearsedRig:
     """A unit of a plant family, described by a fingerprint of one day of the usual session."""
     simulator = by_plant(family, unit, 0)
-    records = [simulator.answer(record) for record in commands_of(DEFAULT_SWEEP, simulator.period_s)]
+    records = [simulator.answer(record, 0.0) for record in commands_of(DEFAULT_SWEEP, simulator.period_s)]
     model = load_model(find_config(Path("simulated"), "models"))
     fingerprint = fingerprint_of(records, model)
     assert fingerprint is not None

@@ -22,6 +22,7 @@ from rig.model.simulation import simulate
 from rig.outputs import targets_in
 from rig.own_units import own_plain
 from rig.record import MAIN_COLUMNS, Record
+from rig.session_times import begun_s
 
 ON_TIME = {"p50": 0.0, "p99": 0.0, "max": 0.0}
 _PLANT_PERIOD_S = 0.005
@@ -32,8 +33,8 @@ _PLANT_PERIOD_S = 0.005
 class Simulator:
     """Something that answers commands: a model, or a unit of the physics rig."""
 
-    answer: Callable[[Record], Record]
-    """The record with angle and pressures simulated."""
+    answer: Callable[[Record, float], Record]
+    """The record, begun so many seconds after its session, with angle and pressures simulated."""
     period_s: float
     facts: dict[str, Any]
     """What the log says of it."""
@@ -68,19 +69,19 @@ def by_model(path: Path, *, from_pressures: bool) -> Simulator:
     drive = Input.PRESSURE if from_pressures else Input.COMMAND
     facts = {"model": str(path), "drive": drive.value}
 
-    def answer(record: Record) -> Record:
-        return answered(model, record, drive, str(path), sweep=record.source is None)
+    def answer(record: Record, begun_s: float) -> Record:
+        return answered(model, record, drive, str(path), sweep=record.source is None, begun_s=begun_s)
 
     return Simulator(answer, model.sample_time_s, facts)
 
 
-def answered(model: Model, record: Record, drive: Input, name: str, *, sweep: bool) -> Record:
+def answered(model: Model, record: Record, drive: Input, name: str, *, sweep: bool, begun_s: float = 0.0) -> Record:
     """What the model called `name` says under a record's commands, with the model's channel map. RecordError for a
     record of another rig; a `sweep` is of no rig yet."""
     if not sweep and model.muscle.kind != EXTERNAL:
         common([(name, model.own_channels), (str(record.source or record.name), record.channels)])
     own = {} if model.channels is None else {FACT: model.channels.plain()}
-    return simulate(model, replace(record, facts=dict(record.facts) | own), drive=drive)
+    return simulate(model, replace(record, facts=dict(record.facts) | own), drive=drive, begun_s=begun_s)
 
 
 def by_plant(family: str, unit: int, session: int) -> Simulator:
@@ -90,7 +91,7 @@ def by_plant(family: str, unit: int, session: int) -> Simulator:
     plant = families.unit(family, unit)
     day = plant.session(session)
 
-    def answer(record: Record) -> Record:
+    def answer(record: Record, _begun_s: float) -> Record:
         p1, p2 = set_points(record, float(record.facts.get("p0_mpa") or 0.2))
         made = plant.simulate(p1, p2, record.period_s, day, noise_seed=sum(record.name.encode()))
         measured: dict[str, Any] = {name: made[name] for name in MAIN_COLUMNS if name not in ("t_s", "dp_cmd_mpa")}
@@ -105,8 +106,8 @@ def simulate_all(commands: Path, simulator: Simulator, output: Path) -> Iterator
     records = commands_of(commands, simulator.period_s)
     one = len(records) == 1 and output.suffix == ".mcap"
     files = [output] if one else targets_in(output, (record.name for record in records), ".mcap")
-    for record, file in zip(records, files, strict=True):
-        simulated = simulator.answer(record)
+    for record, file, at_s in zip(records, files, begun_s(records).tolist(), strict=True):
+        simulated = simulator.answer(record, at_s)
         file.parent.mkdir(parents=True, exist_ok=True)
         write_record(simulated, file, {"simulated": True, "valid": True, **simulator.facts})
         yield Simulated(file, simulated, _rmse_deg(record, simulated))

@@ -54,6 +54,11 @@ def acts_ahead(law: Law) -> bool:
     return EFFECT_STAGES[law.stage].slot in AHEAD
 
 
+def _can_show(expected: Expected, law: Law) -> bool:
+    """Whether a law can be told from these records: one that goes on from record to record asks when they began."""
+    return not law.whole_session or any(pair.begun_s > 0.0 for pair in expected.pairs)
+
+
 def pressure_problem(expected: Expected, settings: Fitted) -> InverseProblem:
     """The pressures under the commands, on which acts what lies ahead of the monitors."""
     whole = pressure_forward(expected, settings)
@@ -71,7 +76,7 @@ def angle_problem(expected: Expected, settings: Fitted) -> InverseProblem:
         ANGLE,
         angle_forward(expected, settings),
         lambda: angle_forward(_telling(expected), settings, expected),
-        (lambda law: not acts_ahead(law)) if expected.driven else lambda law: True,
+        lambda law: _can_show(expected, law) and not (expected.driven and acts_ahead(law)),
     )
 
 

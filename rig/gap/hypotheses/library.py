@@ -12,7 +12,7 @@ from math import inf
 from typing import Any
 
 from rig.gap.settings import Prior
-from rig.model.effect_stages import EFFECT_STAGES
+from rig.model.effect_stages import EFFECT_STAGES, WHOLE_SESSION
 from rig.model.slots import AHEAD
 from rig.plugins import EFFECTS, Registered
 
@@ -48,6 +48,11 @@ class Law:
     """Other number of a shape -> the scale in which it counts."""
     like: str = ""
     """Effect whose laws' usual error this form has, where it acts as that one does; else its own effect's."""
+
+    @property
+    def whole_session(self) -> bool:
+        """It goes on from record to record: of records that say when they began."""
+        return any(shape.get(WHOLE_SESSION.name) for shape in self.shapes)
 
     def shapes_in(self, scales: Mapping[str, float]) -> Iterator[dict[str, float]]:
         """Its shapes, each number in its own unit."""
@@ -160,6 +165,9 @@ CREEPS = {"share": (-0.5, 0.5), "tau_s": (0.4, 40.0)}
 """Half of an angle at most comes late: a creep that takes more within seconds is any slow joint (muscles creep by a tenth)."""
 CHOKED = tuple({"exhaust_mpa_s": exhaust, "choked": 1.0} for exhaust in (0.15, 0.3, 0.6, 1.2))
 UNCHOKED = tuple({"exhaust_mpa_s": exhaust} for exhaust in (0.15, 0.3, 0.6))
+ALL_SESSION = {WHOLE_SESSION.name: 1.0}
+SLOWLY = (0.002, 0.01, 0.04, 0.15)
+"""A minute, of what goes on through a session of several."""
 EITHER_MUSCLE = ({"muscle": 1.0}, {"muscle": 2.0})
 CHOKED_LEAK = ({"muscle": 1.0, "absolute": 1.0}, {"muscle": 2.0, "absolute": 1.0})
 BOTH_STOPS = tuple({"low_deg": -36.0 * 0.92**k} for k in range(16))
@@ -252,7 +260,9 @@ _LIBRARY: tuple[Effect, ...] = (
     Effect("thermal_drift", (Law("thermal_drift", ("rate_per_min",), (0.01, 0.05, 0.2, 0.6), signs=BOTH_SIGNS),
                              Law("stiffness", ("rise_per_min",), (0.3, 1.0, 3.0)), Law("stiffness", ("rise_per_min",), (-0.2, -0.6, -1.5)),
                              Law("heated_muscles", ("rate_per_min", "balance"), (0.05, 0.2, 0.6), signs=BOTH_SIGNS, shapes=({"heat_s": 30.0},), bounds={"balance": (-1.0, 1.0)}),
-                             Law("one_muscle_warms", ("rate_per_min",), (0.01, 0.05, 0.2, 0.6), signs=BOTH_SIGNS, shapes=EITHER_MUSCLE)),
+                             Law("one_muscle_warms", ("rate_per_min",), (0.01, 0.05, 0.2, 0.6), signs=BOTH_SIGNS, shapes=EITHER_MUSCLE),
+                             Law("thermal_drift", ("rate_per_min",), SLOWLY, signs=BOTH_SIGNS, shapes=(ALL_SESSION,)),
+                             Law("one_muscle_warms", ("rate_per_min",), SLOWLY, signs=BOTH_SIGNS, shapes=tuple(one | ALL_SESSION for one in EITHER_MUSCLE))),
            "the amplitude grows or shrinks through each record, and the angle wanders where one muscle warms more", "drift", "thermal"),
     Effect("coulomb_friction", (Law("coulomb_friction", ("width_deg",), WIDTHS, "span_deg"),
                                 Law("coulomb_friction", ("width_deg",), (0.003, *WIDTHS), "span_deg", shapes=(FREE_JOINT,), like="backlash"),
@@ -287,7 +297,8 @@ _LIBRARY: tuple[Effect, ...] = (
     ), "the angle is cut off at one height while the pressures go on", "cut", "stop"),
     Effect("sensor_gain", (Law("sensor_gain", ("gain",), FINE, signs=BOTH_SIGNS),), "the angle is off in proportion to itself", "gain", "sensor_gain", absorbed=True),
     Effect("sensor_offset", (Law("sensor_offset", ("offset_deg",), (0.005, 0.02, 0.1, 0.4), "span_deg", BOTH_SIGNS),), "the angle is off by a constant", "offset", "sensor_offset", absorbed=True),
-    Effect("sensor_drift", (Law("sensor_drift", ("rate_deg_min",), (0.02, 0.1, 0.5), "span_deg", BOTH_SIGNS),),
+    Effect("sensor_drift", (Law("sensor_drift", ("rate_deg_min",), (0.02, 0.1, 0.5), "span_deg", BOTH_SIGNS),
+                            Law("sensor_drift", ("rate_deg_min",), SLOWLY, "span_deg", BOTH_SIGNS, shapes=(ALL_SESSION,))),
            "the angle wanders steadily through each record, whatever the excitation", "drift", "drift"),
     Effect("sensor_nonlinearity", (
         Law("sensor_nonlinearity", ("square", "cube"), (0.02, 0.1), signs=BOTH_SIGNS, shapes=({"cube": 0.0},)),

@@ -56,6 +56,8 @@ class Pair:
     """Of the earlier days, counted from 1 as they were given."""
     other_input: bool = False
     """The baselines' input is not exactly the case's: they are what they would have been at that."""
+    begun_s: float = 0.0
+    """When the record began, after the first of its session; 0 for all where nobody says."""
 
     def __len__(self) -> int:
         return len(self.t_s)

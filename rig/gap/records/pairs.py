@@ -20,6 +20,7 @@ from rig.gap.records.settings import CLIPPED, CLIPPED_OVER_NEXT
 from rig.gap.records.usable import check_direction, check_scale, hole, reasons, runs_against, usable
 from rig.identify.records.monitors import broken_monitor
 from rig.record import Column, Record
+from rig.session_times import begun_s
 
 __all__ = ["Pair", "Pairing", "RunColumns", "pair_up"]
 
@@ -92,8 +93,11 @@ def pair_up(
     notes.extend(elsewhere)
     pressed = pressures and _all_have_pressures(case, days, notes)
     pairs = [
-        on_grid(record, one.partners, p0, pressed, [fallen[id(each)] for each in (one.record, *one.others)], notes)
-        for record, one in zip(placed, kept, strict=True)
+        replace(
+            on_grid(record, one.partners, p0, pressed, [fallen[id(each)] for each in (one.record, *one.others)], notes),
+            begun_s=at_s,
+        )
+        for record, one, at_s in zip(placed, kept, begun_s(case).tolist(), strict=True)
     ]
     _say_other_input(pairs, notes)
     _check_directions(pairs)

@@ -21,7 +21,7 @@ from rig.gap.response.nominal import Reference
 from rig.gap.response.quiet import without_noise
 from rig.model.compiled.machine_code import kernel
 from rig.model.compiled.stages import over_records
-from rig.model.effect_stages import EFFECT_STAGES
+from rig.model.effect_stages import EFFECT_STAGES, WHOLE_SESSION
 from rig.model.equations.drive import LEAST_SHARE
 from rig.model.response.model import ResponseModel
 from rig.model.slots import AHEAD, Slot
@@ -70,6 +70,11 @@ class Course:
     def dt_s(self) -> Column:
         """(r,) of each record."""
         return np.array([context.pair.dt_s for context in self.contexts])
+
+    @cached_property
+    def begun_s(self) -> Column:
+        """(r,) when each record began, seconds after the session's first."""
+        return np.array([context.pair.begun_s for context in self.contexts])
 
     @cached_property
     def reference(self) -> Reference:
@@ -190,6 +195,8 @@ class Ready:
     """By how much everything is later, where it is exact and of the timing slot."""
     from_deg: float = 0.0
     """What the stage takes for 0 deg, as the sensor shows it."""
+    whole_session: bool = False
+    """It goes on from record to record."""
 
 
 def ready(causes: Sequence[Applied], nominal: ResponseModel) -> list[Ready]:
@@ -202,7 +209,8 @@ def ready(causes: Sequence[Applied], nominal: ResponseModel) -> list[Ready]:
         from_deg = nominal.zero_deg if known.from_rest else 0.0
         stage, state_size = over_records(known.stage), max(known.state_size, 1)
         late = Lateness(*known.late).times(float(params[0]))
-        made.append(Ready(known.slot, stage, params, state_size, known.exact, late, from_deg))
+        whole = numbers.get(WHOLE_SESSION.name, WHOLE_SESSION.neutral) > 0.5
+        made.append(Ready(known.slot, stage, params, state_size, known.exact, late, from_deg, whole))
     return made
 
 
@@ -371,4 +379,5 @@ def _in(causes: Sequence[Ready], slot: Slot) -> list[Ready]:
 
 
 def _run(cause: Ready, p1: Column, p2: Column, y: Column, course: Course) -> None:
-    cause.stage(p1, p2, y, course.ends, np.zeros(cause.state_size), cause.params, course.dt_s)
+    begun_s = course.begun_s if cause.whole_session else np.zeros_like(course.dt_s)
+    cause.stage(p1, p2, y, course.ends, np.zeros(cause.state_size), cause.params, course.dt_s, begun_s)

@@ -65,4 +65,5 @@ def _over(
 ) -> None:
     params = np.array([*NOTHING_ADDED, 0.0, joint.viscous_s, joint.inertia_s, *joint.weights])
     ends = np.array([len(first)]) if ends is None else ends
-    over_records(function)(first, second, third, ends, np.zeros(STATE_SIZE), params, np.full(len(ends), dt_s))
+    each = np.full(len(ends), dt_s)
+    over_records(function)(first, second, third, ends, np.zeros(STATE_SIZE), params, each, np.zeros(len(ends)))

@@ -66,14 +66,23 @@ def run(p1: Column, p2: Column, y: Column, state: Column, params: Column, dt_s: 
 
 
 def each_record(
-    first: Column, second: Column, third: Column, ends: NDArray[np.intp], state: Column, params: Column, dt_s: Column
+    first: Column,
+    second: Column,
+    third: Column,
+    ends: NDArray[np.intp],
+    state: Column,
+    params: Column,
+    dt_s: Column,
+    begun_s: Column,
 ) -> None:
     """`run`, which is a stage or the like, over records that stand one after the other in the columns (n,): `ends` (r,)
-    are the rows after their last ones, dt_s (r,) their periods."""
+    are the rows after their last ones, dt_s (r,) their periods, and begun_s (r,) what the first place of the state is
+    when they begin."""
     at = 0
     for k in range(len(ends)):
         to = ends[k]
         state[:] = 0.0
+        state[0] = begun_s[k]
         run(first[at:to], second[at:to], third[at:to], state, params, dt_s[k])
         at = to
 

@@ -39,7 +39,7 @@ def leak(p1: Values, p2: Values, y: Values, state: Values, params: Sequence[floa
 
 def one_muscle_warms(p1: Values, p2: Values, y: Values, state: Values, params: Sequence[float], dt_s: float) -> None:
     """One muscle's strength changes steadily, as if its pressure counted more, or less; params: rate_per_min, muscle
-    (1 or 2)."""
+    (1 or 2), whole_session."""
     for i in range(len(p1)):
         if params[1] < 1.5:
             p1[i] *= 1.0 + params[0] * state[0] / 60.0
@@ -71,7 +71,7 @@ def creep(p1: Values, p2: Values, y: Values, state: Values, params: Sequence[flo
 
 
 def thermal_drift(p1: Values, p2: Values, y: Values, state: Values, params: Sequence[float], dt_s: float) -> None:
-    """The strength, and with it the angle, changes steadily; params: rate_per_min."""
+    """The strength, and with it the angle, changes steadily; params: rate_per_min, whole_session."""
     for i in range(len(y)):
         y[i] *= 1.0 + params[0] * state[0] / 60.0
         state[0] += dt_s

@@ -24,7 +24,7 @@ def sensor_offset(p1: Values, p2: Values, y: Values, state: Values, params: Sequ
 
 
 def sensor_drift(p1: Values, p2: Values, y: Values, state: Values, params: Sequence[float], dt_s: float) -> None:
-    """The zero wanders steadily; params: rate_deg_min."""
+    """The zero wanders steadily; params: rate_deg_min, whole_session."""
     for i in range(len(y)):
         y[i] += params[0] * state[0] / 60.0
         state[0] += dt_s

@@ -20,6 +20,12 @@ class EffectParameter:
     """What the chain takes from the rig where the number is left out; empty: nothing, it stands at `neutral`."""
 
 
+WHOLE_SESSION = EffectParameter(
+    "whole_session", "1", 0.0, 1.0, 0.0, "1: goes on since the session's first record, 0: anew with each record"
+)
+"""Of stages that keep their time, in seconds, in the first place of their state."""
+
+
 @dataclass(frozen=True)
 class EffectStage:
     """How one effect enters the chain (the form that `rig.model.chain` lays out)."""

@@ -7,7 +7,7 @@ sensor.
 from typing import Final
 
 from rig.model.effect_stages import joint, limits, muscle, sensor, timing, valve
-from rig.model.effect_stages.stage import EffectParameter, EffectStage
+from rig.model.effect_stages.stage import WHOLE_SESSION, EffectParameter, EffectStage
 from rig.model.equations.joint_balance import LOOP_RADII_DEG, STATE_SIZE
 from rig.model.slots import Slot, StageFunction
 
@@ -153,14 +153,15 @@ OWN_STAGES: dict[str, EffectStage] = {
         _P("relaxed", "1", 0.0, 1.0, 0.0, "1 keeps the final angle, 0 the quick response"),
         _P("decades", "1", 0.0, 4.0, 0.0, "over how many its times spread; 0: one time constant")),
     "thermal_drift": _entry("thermal_drift", "muscle@joint", muscle.thermal_drift, 1,
-        _P("rate_per_min", "1/min", -2.0, 2.0, 0.0, "change of strength a minute")),
+        _P("rate_per_min", "1/min", -2.0, 2.0, 0.0, "change of strength a minute"), WHOLE_SESSION),
     "heated_muscles": _entry("thermal_drift", "muscle<", muscle.heated_muscles, 5,
         _P("rate_per_min", "1/min", -2.0, 2.0, 0.0,
             f"change of strength a minute while a pressure moves by {muscle.HEATING_MPA_S:g} MPa/s"),
         _P("heat_s", "s", 1.0, 1000.0, 30.0, "time constant in which the heat goes again"),
         _P("balance", "1", -2.0, 2.0, 0.0, "0 both muscles, 1 muscle 1 alone, -1 muscle 2 alone")),
     "one_muscle_warms": _entry("thermal_drift", "muscle<", muscle.one_muscle_warms, 1,
-        _P("rate_per_min", "1/min", -2.0, 2.0, 0.0, "change of that muscle's strength a minute"), _MUSCLE),
+        _P("rate_per_min", "1/min", -2.0, 2.0, 0.0, "change of that muscle's strength a minute"), _MUSCLE,
+        WHOLE_SESSION),
     "coulomb_friction": _balanced("coulomb_friction", "width_deg"),
     "viscous_friction": _balanced("viscous_friction", "tau_s"),
     "inertia": _balanced("inertia", "time_s"),
@@ -189,7 +190,7 @@ OWN_STAGES: dict[str, EffectStage] = {
     "sensor_offset": _entry("sensor_offset", "sensor", sensor.sensor_offset, 1,
         _P("offset_deg", "deg", -90.0, 90.0, 0.0, "error of the zero")),
     "sensor_drift": _entry("sensor_drift", "sensor", sensor.sensor_drift, 1,
-        _P("rate_deg_min", "deg/min", -300.0, 300.0, 0.0, "wandering of the zero")),
+        _P("rate_deg_min", "deg/min", -300.0, 300.0, 0.0, "wandering of the zero"), WHOLE_SESSION),
     "sensor_nonlinearity": _entry("sensor_nonlinearity", "sensor", sensor.sensor_nonlinearity, 1,
         _P("square", "1", -0.6, 0.6, 0.0, "square term at scale_deg, relative"),
         _P("cube", "1", -0.6, 0.6, 0.0, "cube term at scale_deg, relative"),

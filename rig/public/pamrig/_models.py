@@ -24,6 +24,7 @@ from rig.model.parameters import Input, Model
 from rig.own_units import own_text
 from rig.record import Record
 from rig.report.fit_figures import comparison_figure
+from rig.session_times import begun_s
 
 __all__ = ["Identified", "Model", "Validation", "identify", "load_model", "save_model", "simulate", "validate"]
 
@@ -69,8 +70,8 @@ def simulate(
         records = records_of(commands)
         sweeps = [False] * len(records)
     return Records(
-        simulating.answered(simulator, record, Input(drive), "the model", sweep=sweep)
-        for record, sweep in zip(records, sweeps, strict=True)
+        simulating.answered(simulator, record, Input(drive), "the model", sweep=sweep, begun_s=at_s)
+        for record, sweep, at_s in zip(records, sweeps, begun_s(records).tolist(), strict=True)
     )
 
 

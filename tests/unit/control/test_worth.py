@@ -28,7 +28,7 @@ def recorded(model: Model, folder: Path) -> list[Record]:
     """The first records of the diagnosis' sweep on a rig that is exactly that model."""
     save_model(model, folder / "rig.yaml")
     simulator = by_model(folder / "rig.yaml", from_pressures=False)
-    return [simulator.answer(record) for record in commands_of(Path("gap"), PERIOD_S)[:2]]
+    return [simulator.answer(record, 0.0) for record in commands_of(Path("gap"), PERIOD_S)[:2]]
 
 
 def test_the_right_cause_closes_everything_and_no_cause_nothing(model: Model, tmp_path: Path) -> None:

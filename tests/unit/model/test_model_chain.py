@@ -269,3 +269,14 @@ def test_a_clock_that_runs_off_follows_the_commands_of_another_time(model: Model
     ticks = np.array([chain.step(0.2 + dp / 2, 0.2 - dp / 2)[2] for dp in held.tolist()])
     soon = known & (record.t_s < 0.03 / max(drift, 1e-3))
     assert ticks[soon] == pytest.approx(wanted[soon], abs=0.3)
+
+
+def test_what_goes_on_through_a_session_begins_a_record_where_it_has_come_to(model: Model) -> None:
+    drifts = AddedEffect("sensor_drift", {"rate_deg_min": 6.0, "whole_session": 1.0})
+    anew = AddedEffect("sensor_drift", {"rate_deg_min": 6.0})
+    record = sine()
+    still, late, again = (
+        simulate(replace(model, effects=effects), record, begun_s=50.0).angle_deg for effects in ([], [drifts], [anew])
+    )
+    np.testing.assert_allclose(late - still, 0.1 * (50.0 + record.t_s), atol=1e-9)
+    np.testing.assert_allclose(again - still, 0.1 * record.t_s, atol=1e-9)

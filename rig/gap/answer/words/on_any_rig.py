@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 from rig.channels import Channels
-from rig.gap.answer.words.on_the_rig import ON_THE_RIG, Numbers, OnTheRig, value
+from rig.gap.answer.words.on_the_rig import ON_THE_RIG, Numbers, OnTheRig, through, value
 from rig.gap.answer.words.sizes import size
 
 
@@ -31,7 +31,7 @@ def _warming(numbers: Numbers) -> str:
         else " to the lower side"
     )
     grows = "grows" if value(numbers, "rate_per_min") >= 0.0 else "shrinks"
-    return f"The motion{side} {grows} by {size(numbers['rate_per_min'])}"
+    return f"The motion{side} {grows} by {size(numbers['rate_per_min'])}{through(numbers)}"
 
 
 def _stiffness(numbers: Numbers) -> str:

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from rig.gap.answer.result import Interval
 from rig.gap.answer.words.sizes import share, size, sizes
 from rig.gap.raw_tests.codes import CUT_OFF, ConverterCode
+from rig.model.effect_stages import WHOLE_SESSION
 
 Numbers = Mapping[str, Interval]
 Say = Callable[[Numbers], str]
@@ -154,16 +155,21 @@ def _load(numbers: Numbers) -> str:
     return f"A weight (or spring) turns the joint by up to {size(numbers['load_deg'])}"
 
 
+def through(numbers: Numbers) -> str:
+    """How long what changes with time goes on, where that is longer than a record."""
+    return ", through the whole session" if value(numbers, WHOLE_SESSION.name) > 0.5 else ""
+
+
 def _warming(numbers: Numbers) -> str:
     if "muscle" in numbers:
         stronger = _more(numbers, "rate_per_min", "stronger", "weaker")
-        return f"{_muscle(numbers)} gets {stronger} by {size(numbers['rate_per_min'])}"
+        return f"{_muscle(numbers)} gets {stronger} by {size(numbers['rate_per_min'])}{through(numbers)}"
     if "heat_s" in numbers:
         stronger = _more(numbers, "rate_per_min", "stronger", "weaker")
         return f"The muscles get {stronger} by their own heat, by {size(numbers['rate_per_min'])} of brisk work"
     if "rate_per_min" in numbers:
         grows = _more(numbers, "rate_per_min", "grows", "shrinks")
-        return f"The motion {grows} by {size(numbers['rate_per_min'])}"
+        return f"The motion {grows} by {size(numbers['rate_per_min'])}{through(numbers)}"
     firmer = _more(numbers, "rise_per_min", "stiffer", "softer")
     return f"The muscles hold the joint ever {firmer}, by {size(numbers['rise_per_min'])}"
 
@@ -243,7 +249,7 @@ ON_THE_RIG: Mapping[str, OnTheRig] = {
         "the sensor's scaling; its supply voltage; another sensor or gear; or the joint itself: a spring or a stiff cable makes every angle smaller alike", "two known angles: if they are read right, springs and cables at the joint; the sensor's supply voltage"),
     "sensor_offset": OnTheRig("another zero of the sensor", lambda n: f"The sensor's zero is {size(n['offset_deg'])} {_more(n, 'offset_deg', 'higher', 'lower')} {{than}}",
         "the sensor was mounted anew or slipped; its zero was not set", "the reading at the mechanical zero"),
-    "sensor_drift": OnTheRig("a sensor that drifts", lambda n: f"The sensor's zero wanders by {size(n['rate_deg_min'])} {_more(n, 'rate_deg_min', 'upwards', 'downwards')}",
+    "sensor_drift": OnTheRig("a sensor that drifts", lambda n: f"The sensor's zero wanders by {size(n['rate_deg_min'])} {_more(n, 'rate_deg_min', 'upwards', 'downwards')}{through(n)}",
         "the sensor or its amplifier warms up; a coupling slips slowly", "a record without any motion; the reading at the mechanical zero before and after"),
     "sensor_nonlinearity": OnTheRig("a bent reading of the sensor", _bent,
         "a magnet or potentiometer off its centre; the end of the sensor's range", "readings at several known angles; the centring of the magnet"),
