@@ -78,8 +78,14 @@ muscles and the plants here lie between 0 (only the difference counts) and 1 (th
 another P0 looks like another gain."""
 ZERO_BY_HAND = 0.05
 """Standard deviation, as a share of the angle's span, of where the zero of another rig of the build lies, which is set
-when the sensor is mounted, to some degrees; and of each record's where the loop took the angle at rest for it. Smaller:
-every sister's simulator lacks an offset, and what turns the joint at rest brings a second cause."""
+when the sensor is mounted, to some degrees. Smaller: every sister's simulator lacks an offset."""
+ZERO_AT_REST = 1.0
+"""The same of each record's where the loop took the angle at rest for zero: wherever a joint may come to rest. Smaller:
+what turns the joint at rest brings a second cause; larger changes nothing."""
+GAIN_BY_DAY = 0.0024
+"""Standard deviation of a regulator's gain between two days of which no third tells more: the ITV's 0.12 % of full
+scale a kelvin, over the two kelvins that a room's days differ by. Smaller: a warmer day is another gain of the valves;
+larger: gains of half a percent are no finding."""
 MOST_MISSED, MISSED_STEPS = 2.0, 21
 """Logarithm of the largest share of the usual by which a simulator's class may miss a build, and how many are tried up
 to there. Less: a build that is missed by more is given a cause."""
@@ -163,20 +169,9 @@ class FactorLevels:
     floor: float
     """Rms by which healthy days differ from what is expected, as a share of the span."""
 
-    def of_any_mean(self) -> "FactorLevels":
-        """The same at a mean pressure that the reference has never seen: its law there is anybody's guess."""
-        law = math.hypot(self.patterns["mean_law"], UNSEEN_MEAN_LAW)
-        return replace(self, patterns={**self.patterns, "mean_law": law})
-
-    def of_any_zero(self) -> "FactorLevels":
-        """The same of a rig whose sensor was mounted by itself."""
-        offset = math.hypot(self.patterns["offset"], ZERO_BY_HAND)
-        return replace(self, patterns={**self.patterns, "offset": offset})
-
-    def later(self, lag_s: float) -> "FactorLevels":
-        """The same where a further lag, of this standard deviation, may differ without being a gap."""
-        lag = math.hypot(self.patterns["lag_s"], lag_s)
-        return self if lag_s == 0.0 else replace(self, patterns={**self.patterns, "lag_s": lag})
+    def wider(self, name: str, by: float) -> "FactorLevels":
+        """The same where a pattern may differ further without being a gap, by this standard deviation."""
+        return replace(self, patterns={**self.patterns, name: math.hypot(self.patterns[name], by)})
 
 
 @dataclass(frozen=True)

@@ -11,21 +11,31 @@ from functools import cached_property, partial
 
 import numpy as np
 
-from rig.gap.hypotheses.changes import angle_change, pressure_change
+from rig.gap.hypotheses.changes import Change, angle_change, pressure_change
 from rig.gap.hypotheses.fit import ForwardModel, settled
 from rig.gap.hypotheses.law_errors import rough_lines, with_law
 from rig.gap.hypotheses.library import Law
 from rig.gap.hypotheses.retuned import unsure_regulators
 from rig.gap.hypotheses.scales import law_scales
 from rig.gap.likelihood.lines import Lines
-from rig.gap.reference.build import Expected, Kind, rms_of
+from rig.gap.reference.build import Expected, Kind, rms_of, without_mean
 from rig.gap.reference.expectation import VISCOUS, Factor, Parts, angle_parts, mean_doubt, motion_doubt, pressure_parts
 from rig.gap.reference.fast import doubt, known_by_hz
 from rig.gap.reference.own_days import angle_days, own_factor, pressure_days
 from rig.gap.reference.unrepeated import shown_by, with_unrepeated
 from rig.gap.response.lateness import displaced
-from rig.gap.response.propagate import RecordContext, as_late_as_measured
-from rig.gap.settings import ENVELOPE_EVEN, ENVELOPE_HZ, ZERO_BY_HAND, FactorLevels, Fitted, Prior
+from rig.gap.response.propagate import Ready, RecordContext, as_late_as_measured
+from rig.gap.settings import (
+    ENVELOPE_EVEN,
+    ENVELOPE_HZ,
+    GAIN_BY_DAY,
+    UNSEEN_MEAN_LAW,
+    ZERO_AT_REST,
+    ZERO_BY_HAND,
+    FactorLevels,
+    Fitted,
+    Prior,
+)
 from rig.model.effect_stages import EFFECT_STAGES
 from rig.model.slots import AHEAD
 from rig.record import Column
@@ -107,7 +117,9 @@ def _with_days(
 def pressure_forward(expected: Expected, settings: Fitted, whole: Expected | None = None) -> ForwardModel:
     """The pressures of some records; scales are those of the `whole`."""
     reference_levels = settings.levels[expected.levels]
-    levels = reference_levels.pressures.later(expected.unsure_lag_s)
+    levels = reference_levels.pressures.wider("lag_s", expected.unsure_lag_s)
+    if expected.kind is not Kind.SESSIONS:  # several days of the rig tell by how much its regulators differ
+        levels = levels.wider("gain", GAIN_BY_DAY)
     parts, days = parts_of_pressures(expected)
     factor = own_factor(parts, days, levels, settings.prior).of_any_build(reference_levels.builds)
     times = _where_fast(factor.lines, expected)
@@ -135,7 +147,7 @@ def angle_forward(expected: Expected, settings: Fitted, whole: Expected | None =
     parts, days = parts_of_angle(expected)
     factor = own_factor(parts, days, levels, settings.prior).of_any_build(reference_levels.builds)
     if expected.zeroed:
-        factor = factor.standing_off(ZERO_BY_HAND * parts.span)
+        factor = factor.standing_off(ZERO_AT_REST * parts.span)
     if expected.driven:
         factor = factor.doubting(mean_doubt(contexts, base, response))
     if expected.driven and expected.kind is not Kind.SIMULATOR:  # a simulator is asked itself under these pressures
@@ -149,10 +161,23 @@ def angle_forward(expected: Expected, settings: Fitted, whole: Expected | None =
     moving = float(np.std(np.concatenate(base)))
     scales = law_scales((whole or expected).contexts, expected.response.tau0_s)
     change = angle_change(contexts, base, response, expected.driven)
+    change = _from_own_zeros(change, contexts) if expected.zeroed else change
     return ForwardModel(
         factor, change, response, scales, moving, settings.prior, reference_levels.odds,
         lambda changed: factor.rms(changed) / floor_deg(expected, settings), reference_levels.usual,
     )  # fmt: skip
+
+
+def _from_own_zeros(change: Change, contexts: Sequence[RecordContext]) -> Change:
+    """The same counted from the zero that each record took, of which it says nothing: without its mean."""
+    used = [context.pair.used for context in contexts]
+    ends = np.cumsum([len(rows) for rows in used])[:-1]
+
+    def moved(causes: Sequence[Ready]) -> Column:
+        each = zip(np.split(change(causes), ends), used, strict=True)
+        return np.concatenate([without_mean(column, rows) for column, rows in each])
+
+    return moved
 
 
 def floor_deg(expected: Expected, settings: Fitted) -> float:
@@ -177,12 +202,12 @@ def _moved_deg(expected: Expected, changed: Column) -> float:
 def _angle_levels(expected: Expected, levels: FactorLevels) -> FactorLevels:
     """How far the angle may differ without a gap, by what these records leave unsaid: the lag of a command, the errors
     of the monitors, the mean pressure, the zero."""
-    levels = levels.later(0.0 if expected.driven else expected.unsure_lag_s)
+    levels = levels.wider("lag_s", 0.0 if expected.driven else expected.unsure_lag_s)
     if expected.misread is not None:
         levels = expected.misread.levels(levels)
     if expected.mean_unseen:
-        levels = levels.of_any_mean()
-    return levels.of_any_zero() if expected.other_zero else levels
+        levels = levels.wider("mean_law", UNSEEN_MEAN_LAW)
+    return levels.wider("offset", ZERO_BY_HAND) if expected.other_zero else levels
 
 
 def _answering_other_pressures(factor: Factor, expected: Expected, prior: Prior) -> Factor:

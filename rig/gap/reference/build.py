@@ -123,9 +123,13 @@ def from_own_zeros(gaps: Sequence[Column], expected: Expected) -> list[Column]:
     used = [pair.used for pair in expected.pairs]
     if not expected.zeroed:
         return [gap * rows for gap, rows in zip(gaps, used, strict=True)]
-    return [
-        (gap - float(gap @ rows) / max(float(rows.sum()), 1.0)) * rows for gap, rows in zip(gaps, used, strict=True)
-    ]
+    return [without_mean(gap, rows) for gap, rows in zip(gaps, used, strict=True)]
+
+
+def without_mean(column: Column, used: Column) -> Column:
+    """A column (n,) less its mean over the rows that were measured (n,), and 0 in the others."""
+    out: Column = (column - float(column @ used) / max(float(used.sum()), 1.0)) * used
+    return out
 
 
 def choose(asked: str, model: Model | None, sessions: int) -> Kind:

@@ -29,11 +29,12 @@ def heard(commands: list[np.ndarray], days: np.ndarray) -> tuple[np.ndarray, np.
     return lines.frequency_hz, unrepeated(lines, commands, days)
 
 
-@given(st.floats(0.2, 1.6), st.integers(1, 4), st.integers(0, 1000))
+@given(st.floats(0.2, 1.6), st.integers(12, 16), st.integers(0, 1000))
 def test_white_noise_is_as_strong_on_every_line_as_it_is(hertz: float, count: int, seed: int) -> None:
+    """Of a dozen days: what a single one says is off by 15 % (standard deviation), and once in 300 by 60 and more."""
     noise = 0.3 * np.random.default_rng(seed).standard_normal((ROWS, count))
     _, variance = heard([sine(hertz)], noise)
-    assert np.mean(variance) == pytest.approx(0.09, rel=0.45)
+    assert np.mean(variance) == pytest.approx(0.09, rel=0.25)
 
 
 @given(st.floats(0.2, 1.6), st.floats(0.1, 3.0))
