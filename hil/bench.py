@@ -12,8 +12,10 @@ from typing import Self, TypeVar
 from hil.modelled_rig import ModelledRig
 from rig.fields import bounded
 from rig.interfaces import NAN, Clock, DeviceContext, Measurement, Wiring
-from rig.model.chain import Chain
+from rig.model.chain import Chain, place_effect
+from rig.model.effect_stages import EFFECT_STAGES
 from rig.model.parameters import AddedEffect, Model, StageModel, load_model
+from rig.model.slots import Placed
 from rig.sample import BROKEN_WIRE, P1_ABSENT, P2_ABSENT
 
 
@@ -60,6 +62,14 @@ def session_model(settings: SimulatedSettings) -> Model:
     )
 
 
+def _apart(model: Model) -> tuple[Model, list[Placed]]:
+    """The model without the effects that are in the samples alone, and those: they act on what the converter read, its
+    noise included. A sample that is lost repeats the whole reading."""
+    readings = [effect for effect in model.effects if EFFECT_STAGES[effect.effect].in_samples]
+    others = [effect for effect in model.effects if effect not in readings]
+    return replace(model, effects=others), [place_effect(effect, {}) for effect in readings]
+
+
 _StageT = TypeVar("_StageT", bound=StageModel)
 
 
@@ -82,10 +92,13 @@ class SimulatedRig(ModelledRig[SimulatedSettings]):
 
     def __init__(self, settings: SimulatedSettings, context: DeviceContext, model: Model | None = None) -> None:
         """`model`: the session's, where it has been read already."""
-        self._model = model = session_model(settings) if model is None else model
+        self._model = session_model(settings) if model is None else model
+        model, readings = _apart(self._model)
         chain = Chain(model)
         chain.reset(context.safe_p1_mpa, context.safe_p2_mpa)
         super().__init__(settings, context, round(model.sample_time_s * 1e9), chain.step)
+        self._readings = [(placed.stage, [0.0] * placed.n_state, placed.params) for placed in readings]
+        self._dt_s = model.sample_time_s
         self._random = random.Random(settings.seed)
         self.further = tuple(settings.further)
         self._further = tuple(settings.further.get(name, NAN) for name in context.places)
@@ -130,6 +143,12 @@ class SimulatedRig(ModelledRig[SimulatedSettings]):
             p1_mpa, raw1 = (NAN, NAN) if flags & P1_ABSENT else (p1_mpa, raw1)
             p2_mpa, raw2 = (NAN, NAN) if flags & P2_ABSENT else (p2_mpa, raw2)
         angle_deg = (raw_angle - self._angle_middle) * self._deg_per_count
+        if self._readings:
+            reading = [angle_deg]
+            for stage, state, params in self._readings:
+                stage([p1_mpa], [p2_mpa], reading, state, params, self._dt_s)
+            angle_deg = reading[0]
+            raw_angle = float(round(angle_deg / self._deg_per_count + self._angle_middle))
         return Measurement._make(
             (p1_mpa, p2_mpa, angle_deg, raw1, raw2, raw_angle, NAN, 0, 0, 0, flags, *self._further)
         )

@@ -3,6 +3,8 @@
 import math
 import statistics
 from dataclasses import replace
+from itertools import pairwise
+from typing import Any
 
 import pytest
 
@@ -10,6 +12,7 @@ from hil.bench import SimulatedRig, SimulatedSettings
 from rig.app import shipped
 from rig.errors import DeviceLost
 from rig.interfaces import DeviceContext, Measurement, Role
+from rig.model.parameters import AddedEffect
 from rig.realtime.clock import VirtualClock
 from rig.sample import Flag
 
@@ -17,13 +20,13 @@ MODEL = shipped.configs() / "models" / "simulated.yaml"
 PERIOD_NS = 5_000_000
 
 
-def rig(clock: VirtualClock, roles: frozenset[Role] = frozenset(Role), **settings: float) -> SimulatedRig:
+def rig(clock: VirtualClock, roles: frozenset[Role] = frozenset(Role), **settings: Any) -> SimulatedRig:
     made = SimulatedRig(replace(SimulatedSettings(MODEL), **settings), DeviceContext(clock, roles, 0.2, 0.2))  # type: ignore[arg-type]
     made.open()
     return made
 
 
-def history(ticks: int = 400, **settings: float) -> list[Measurement]:
+def history(ticks: int = 400, **settings: Any) -> list[Measurement]:
     clock = VirtualClock()
     device, read = rig(clock, **settings), []
     for tick in range(ticks):
@@ -131,3 +134,31 @@ def test_drift_makes_each_seed_a_session_of_its_own(drift: float) -> None:
     quiet = {"pressure_noise_mpa": 0.0, "angle_noise_deg": 0.0, "drift": drift}
     same = [m.angle_deg for m in history(200, seed=1, **quiet)] == [m.angle_deg for m in history(200, seed=2, **quiet)]
     assert same == (drift == 0.0)
+
+
+def with_effect(effect: str, **numbers: float) -> list[float]:
+    """Angles of a rig that has it."""
+    return [read.angle_deg for read in history(800, effects=[AddedEffect(effect, numbers)])]
+
+
+def test_a_lost_sample_repeats_the_whole_reading() -> None:
+    """The noise that was put on top of it hid nine of ten."""
+    angles, sound = with_effect("lost_samples", probability=0.2), [read.angle_deg for read in history(800)]
+    repeated, by_chance = (sum(a == b for a, b in pairwise(each)) / len(each) for each in (angles, sound))
+    assert by_chance < 0.05
+    assert repeated - by_chance == pytest.approx(0.2, abs=0.04)
+
+
+def test_a_coarse_reading_takes_only_multiples_of_its_step() -> None:
+    assert all(
+        angle == pytest.approx(0.5 * round(angle / 0.5), abs=1e-9)
+        for angle in with_effect("quantisation", step_deg=0.5)
+    )
+
+
+def test_counts_follow_what_is_read() -> None:
+    falls = AddedEffect("sensor_dropout", {"probability": 0.05, "rail_deg": -90.0})
+    fell = [read for read in history(800, effects=[falls]) if read.angle_deg == -90.0]
+    assert len(fell) > 20
+    (count,) = {read.angle_raw for read in fell}
+    assert (count - 2**13) * 345.0 / 2**14 == pytest.approx(-90.0, abs=0.02)
