@@ -263,7 +263,7 @@ _LIBRARY: tuple[Effect, ...] = (
                              Law("one_muscle_warms", ("rate_per_min",), (0.01, 0.05, 0.2, 0.6), signs=BOTH_SIGNS, shapes=EITHER_MUSCLE),
                              Law("thermal_drift", ("rate_per_min",), SLOWLY, signs=BOTH_SIGNS, shapes=(ALL_SESSION,)),
                              Law("one_muscle_warms", ("rate_per_min",), SLOWLY, signs=BOTH_SIGNS, shapes=tuple(one | ALL_SESSION for one in EITHER_MUSCLE))),
-           "the amplitude grows or shrinks through each record, and the angle wanders where one muscle warms more", "drift", "thermal"),
+           "the amplitude grows or shrinks through each record or through the session, and the angle wanders where one muscle warms more", "drift", "thermal"),
     Effect("coulomb_friction", (Law("coulomb_friction", ("width_deg",), WIDTHS, "span_deg"),
                                 Law("coulomb_friction", ("width_deg",), (0.003, *WIDTHS), "span_deg", shapes=(FREE_JOINT,), like="backlash"),
                                 Law("coulomb_friction", ("width_deg",), (-0.01, -0.03, -0.1), "span_deg")),
@@ -299,7 +299,7 @@ _LIBRARY: tuple[Effect, ...] = (
     Effect("sensor_offset", (Law("sensor_offset", ("offset_deg",), (0.005, 0.02, 0.1, 0.4), "span_deg", BOTH_SIGNS),), "the angle is off by a constant", "offset", "sensor_offset", absorbed=True),
     Effect("sensor_drift", (Law("sensor_drift", ("rate_deg_min",), (0.02, 0.1, 0.5), "span_deg", BOTH_SIGNS),
                             Law("sensor_drift", ("rate_deg_min",), SLOWLY, "span_deg", BOTH_SIGNS, shapes=(ALL_SESSION,))),
-           "the angle wanders steadily through each record, whatever the excitation", "drift", "drift"),
+           "the angle wanders steadily through each record or through the session, whatever the excitation", "drift", "drift"),
     Effect("sensor_nonlinearity", (
         Law("sensor_nonlinearity", ("square", "cube"), (0.02, 0.1), signs=BOTH_SIGNS, shapes=({"cube": 0.0},)),
         Law("sensor_nonlinearity", ("cube", "square"), (0.02, 0.1), signs=BOTH_SIGNS, shapes=({"square": 0.0},)),
