@@ -17,7 +17,7 @@ from pymodbus.client import AsyncModbusSerialClient
 from drivers.io_process.worker import Exchange
 from drivers.modbus_io.codec import rtu_silence_s
 from drivers.modbus_io.plan import ExchangePlan, make_plan
-from drivers.modbus_io.read_back import ReadBack
+from drivers.modbus_io.read_back import OutputsShown
 from drivers.modbus_io.session import ModbusSession, hush, never_give_up
 from drivers.modbus_io.settings import ModbusSettings, SerialLine
 from drivers.modbus_io.stations import Stations, rebuild
@@ -37,7 +37,7 @@ class ModbusLink:
     ) -> None:
         """`rescue`: opened to make safe, for which a module that is not heard is told all the same."""
         self._settings, self._safe = settings, safe_numbers
-        self._back = ReadBack(safe_numbers, time.monotonic_ns)
+        self._back = OutputsShown(safe_numbers, time.monotonic_ns)
         self._safe_wanted = rescue
         """Outputs were driven from here, or are somebody's who is gone: what stands there is not to stay."""
         self._plan: ExchangePlan = make_plan(settings, roles)

@@ -18,7 +18,7 @@ _LAG_NS: Final = 300_000_000
 """A module may show an output so much later than it was written."""
 
 
-class ReadBack:
+class OutputsShown:
     """The outputs of one device, as the module tells them."""
 
     def __init__(self, safe: Numbers, now_ns: Callable[[], int]) -> None:

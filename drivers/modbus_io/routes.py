@@ -8,7 +8,7 @@ from typing import Final, Protocol
 from drivers.io_process.owner import IoProcess
 from drivers.io_process.worker import WorkerSetup
 from drivers.modbus_io.plan import VALVES, make_plan
-from drivers.modbus_io.read_back import ReadBack
+from drivers.modbus_io.read_back import OutputsShown
 from drivers.modbus_io.settings import ModbusSettings
 from drivers.modbus_io.stations import Numbers, Stations
 from rig.config import unstructure
@@ -60,7 +60,7 @@ class Direct:
         self, stations: Stations, context: DeviceContext, safe: Numbers, combined: bool, watchdog_s: float
     ) -> None:
         self._stations, self._now = stations, context.clock.now_ns
-        self._back = ReadBack(safe, self._now)
+        self._back = OutputsShown(safe, self._now)
         self._combined, self._watchdog_s = combined, watchdog_s
         self._brought: tuple[Numbers, int] | None = None
         self._has_watchdog, self._must_feed = stations.plan.module.failsafe is not None, stations.plan.must_feed

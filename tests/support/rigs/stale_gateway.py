@@ -8,6 +8,8 @@ from typing import Final
 
 _HEAD: Final = 7
 _WRITES: Final = (6, 15, 16)
+_BOTH, _READING = 23, 6
+"""Read and write in one; the bytes of it that say what is read."""
 
 
 class StaleGateway:
@@ -44,6 +46,7 @@ class StaleGateway:
 
     def _answered(self, module: socket.socket, request: bytes) -> bytes:
         asked = request[_HEAD - 1 :]
+        asked = asked[:_READING] if request[_HEAD] == _BOTH else asked
         if self.stale and request[_HEAD] in _WRITES:
             pdu = request[_HEAD - 1 : _HEAD + 5]
             return request[:4] + len(pdu).to_bytes(2, "big") + pdu
