@@ -14,8 +14,8 @@ import yaml
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rig import config, strict_yaml
-from rig.config import bounded, load, read_yaml, structure, suggest, unstructure
+from rig import config
+from rig.config import bounded, load, read_yaml, strict_yaml, structure, suggest, unstructure
 from rig.errors import ConfigError
 
 

@@ -12,9 +12,9 @@ from enum import Enum
 from pathlib import Path
 from typing import Any, TypeVar
 
+from rig.config.wording import nearest_file, one_line, shown, suggest
 from rig.errors import ConfigError
 from rig.fields import bounded
-from rig.wording import nearest_file, one_line, shown, suggest
 
 __all__ = [
     "bounded", "check_regular", "finite", "load", "nearest_file", "one_line", "parse_yaml", "read_text", "read_yaml",
@@ -33,7 +33,9 @@ def load(path: Path, schema: type[T]) -> T:
 
 def structure(raw: object, schema: type[T], where: str) -> T:
     """Plain YAML data as a `schema`. `where` opens the message of an error: a file, or a file and a key."""
-    from rig.schema import structured  # late, as YAML is: a process that is handed a rig as it was loaded needs neither
+    from rig.config.schema import (
+        structured,
+    )  # late, as YAML is: a process that is handed a rig as it was loaded needs neither
 
     return structured(raw, schema, where)
 
@@ -48,7 +50,7 @@ def parse_yaml(text: str, path: Path) -> object:
     """The same of what was read from `path`, for who keeps it too."""
     import yaml
 
-    from rig import strict_yaml
+    from rig.config import strict_yaml
 
     try:
         return strict_yaml.built(text)

@@ -17,8 +17,8 @@ import cattrs
 from cattrs.errors import ClassValidationError, ForbiddenExtraKeysError, IterableValidationError
 from cattrs.gen import make_dict_structure_fn
 
+from rig.config.wording import LONG_NUMBER, shown, suggest
 from rig.errors import ConfigError
-from rig.wording import LONG_NUMBER, shown, suggest
 
 T = TypeVar("T")
 
