@@ -176,7 +176,7 @@ class ModbusIo(Abilities):
         """Whether the output registers hold the safe set-points, where the map says how to read them back: asked now on
         TCP, as the I/O process read them on RTU."""
         if self._route is not None:
-            return self._route.hold(self._safe)
+            return self._route.holds_safe()
         if not self._plan.driven or self._plan.module.read_back is None:
             return None
         if self._settings.serial is not None:

@@ -27,7 +27,7 @@ class OutputsShown:
         """Something else than the safe set-points was read back since they were seen last."""
         self._owed_since_ns = 0
         """Others were written then; 0: that has been looked at, or there is nothing to look at."""
-        self.repeats = False
+        self._repeats = False
         """It spoke of the safe set-points while others had been written."""
 
     def wrote(self, stations: Stations, numbers: Numbers) -> None:
@@ -48,7 +48,7 @@ class OutputsShown:
         if stations.hold(self._safe) is not True:
             self._shown, self._owed_since_ns = True, 0
         elif self._now_ns() - self._owed_since_ns > _LAG_NS:
-            self.repeats = True
+            self._repeats = True
             raise DeviceLost(
                 f"{stations.outputs.where}: it still says that the safe set-points stand at its outputs, and others "
                 "were written: what it says is what it said before (a gateway?), or read_back of its map is wrong"
@@ -57,7 +57,7 @@ class OutputsShown:
     def holds_safe(self, stations: Stations) -> bool | None:
         """Whether the safe set-points stand there; None: it cannot tell. DeviceError where it is not believed."""
         found = stations.hold(self._safe)
-        if found and self.repeats:
+        if found and self._repeats:
             raise DeviceError(f"{stations.outputs.where}: what it says of its outputs is not to be believed")
         self._shown = self._shown and not found
         self._owed_since_ns = 0

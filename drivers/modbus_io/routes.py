@@ -30,8 +30,8 @@ class Route(Protocol):
     def safe(self, numbers: Numbers) -> None:
         """The safe set-points, now."""
 
-    def hold(self, numbers: Numbers) -> bool | None:
-        """Whether these numbers stand at the outputs by the module's word; None when there is nobody to ask."""
+    def holds_safe(self) -> bool | None:
+        """Whether the safe set-points stand at the outputs by the module's word; None when there is nobody to ask."""
 
     def keep(self) -> None:
         """Feed the module's watchdog."""
@@ -97,7 +97,7 @@ class Direct:
         self._fed, self._standing = True, numbers
         self._stations.write_safe(numbers, self._watchdog_s)
 
-    def hold(self, numbers: Numbers) -> bool | None:
+    def holds_safe(self) -> bool | None:
         return self._back.holds_safe(self._stations)
 
     def keep(self) -> None:
@@ -161,7 +161,7 @@ class Process:
         """The process is dead or stuck: another one, for which the loop must not wait, but call again."""
         self.io.restart_safe(self._patience_s)
 
-    def hold(self, numbers: Numbers) -> bool | None:
+    def holds_safe(self) -> bool | None:
         return self.io.confirmed() if self._plan.module.read_back is not None else None
 
     def keep(self) -> None:  # its I/O process does
