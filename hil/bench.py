@@ -12,8 +12,7 @@ from typing import Self, TypeVar
 from hil.modelled_rig import ModelledRig
 from rig.fields import bounded
 from rig.interfaces import NAN, Clock, DeviceContext, Measurement, Wiring
-from rig.model.chain import Chain, place_effect
-from rig.model.effect_stages import EFFECT_STAGES
+from rig.model.chain import Chain, place_effect, stage_of
 from rig.model.parameters import AddedEffect, Model, StageModel, load_model
 from rig.model.slots import Placed
 from rig.sample import BROKEN_WIRE, P1_ABSENT, P2_ABSENT
@@ -65,8 +64,8 @@ def session_model(settings: SimulatedSettings) -> Model:
 def _apart(model: Model) -> tuple[Model, list[Placed]]:
     """The model without the effects that are in the samples alone, and those: they act on what the converter read, its
     noise included. A sample that is lost repeats the whole reading."""
-    readings = [effect for effect in model.effects if EFFECT_STAGES[effect.effect].in_samples]
-    others = [effect for effect in model.effects if effect not in readings]
+    readings = [effect for effect in model.effects if stage_of(effect).in_samples]
+    others = [effect for effect in model.effects if not stage_of(effect).in_samples]
     return replace(model, effects=others), [place_effect(effect, {}) for effect in readings]
 
 

@@ -10,7 +10,7 @@ from typing import Final
 import numpy as np
 
 from rig.excite.setpoints import around
-from rig.model.effect_stages import EFFECT_STAGES
+from rig.model.chain import stage_of
 from rig.model.parameters import Model
 from rig.model.simulation import simulate
 from rig.record import Column, Record
@@ -41,5 +41,5 @@ class Plant:
 
 def plant_of(model: Model, p0_mpa: float, period_ns: int, *, effects: bool = True) -> Plant:
     """The plant of a model, with those of its effects that a command can do something about, or without any."""
-    kept = [one for one in model.effects if effects and not EFFECT_STAGES[one.effect].in_samples]
+    kept = [one for one in model.effects if effects and not stage_of(one).in_samples]
     return Plant(replace(model, effects=kept), p0_mpa, period_ns * 1e-9)

@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 
 from rig.config import suggest
 from rig.errors import ModelError
-from rig.model.effect_stages import EFFECT_STAGES, FORMER_NAMES, WHOLE_SESSION
+from rig.model.effect_stages import EFFECT_STAGES, FORMER_NAMES, EffectStage, goes_on
 from rig.model.effect_stages.timing import MOST_TICKS
 from rig.model.equations import stages
 from rig.model.external.simulator import KIND as EXTERNAL
@@ -94,16 +94,20 @@ def place_external(muscle: MuscleModel) -> Placed:
     return Placed(EXTERNAL, Slot.MUSCLE, External(muscle.source, muscle.names, muscle.patience_s), (), 1)
 
 
+def stage_of(added: AddedEffect) -> EffectStage:
+    """How an added effect enters the chain; ModelError for one that nobody knows."""
+    if added.effect not in EFFECT_STAGES:
+        raise ModelError(f"unknown 'effect {added.effect}'; {suggest(added.effect, list(EFFECT_STAGES))}")
+    return EFFECT_STAGES[added.effect]
+
+
 def place_effect(added: AddedEffect, defaults: Mapping[str, float]) -> Placed:
     """An added effect with its numbers in order; what is left out is the rig's own (`defaults`) or stands at its
     neutral value, but for the size.
 
     ModelError when the effect or a parameter is unknown, missing or out of its bounds.
     """
-    where = f"effect {added.effect}"
-    if added.effect not in EFFECT_STAGES:
-        raise ModelError(f"unknown {where!r}; {suggest(added.effect, list(EFFECT_STAGES))}")
-    known = EFFECT_STAGES[added.effect]
+    known, where = stage_of(added), f"effect {added.effect}"
     names = list(known.parameters)
     given = {FORMER_NAMES.get(name, name): value for name, value in added.parameters.items()}
     for name in given:
@@ -120,8 +124,7 @@ def place_effect(added: AddedEffect, defaults: Mapping[str, float]) -> Placed:
                 f"{allowed.unit}"
             )
     numbers = tuple(params[name] for name in names)
-    whole = params.get(WHOLE_SESSION.name, WHOLE_SESSION.neutral) > 0.5
-    return Placed(added.effect, known.slot, known.stage, numbers, known.state_size, whole)
+    return Placed(added.effect, known.slot, known.stage, numbers, known.state_size, goes_on(params))
 
 
 class Chain:

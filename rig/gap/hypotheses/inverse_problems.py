@@ -24,7 +24,7 @@ from rig.gap.reference.fast import doubt, known_by_hz
 from rig.gap.reference.own_days import angle_days, own_factor, pressure_days
 from rig.gap.reference.unrepeated import shown_by, with_unrepeated
 from rig.gap.response.lateness import displaced
-from rig.gap.response.propagate import Ready, RecordContext, as_late_as_measured
+from rig.gap.response.propagate import Course, Ready, RecordContext, as_late_as_measured
 from rig.gap.settings import (
     ENVELOPE_EVEN,
     ENVELOPE_HZ,
@@ -170,12 +170,11 @@ def angle_forward(expected: Expected, settings: Fitted, whole: Expected | None =
 
 def _from_own_zeros(change: Change, contexts: Sequence[RecordContext]) -> Change:
     """The same counted from the zero that each record took, of which it says nothing: without its mean."""
-    used = [context.pair.used for context in contexts]
-    ends = np.cumsum([len(rows) for rows in used])[:-1]
+    course = Course(tuple(contexts))
 
     def moved(causes: Sequence[Ready]) -> Column:
-        each = zip(np.split(change(causes), ends), used, strict=True)
-        return np.concatenate([without_mean(column, rows) for column, rows in each])
+        each = zip(course.split(change(causes)), contexts, strict=True)
+        return np.concatenate([without_mean(column, context.pair.used) for column, context in each])
 
     return moved
 

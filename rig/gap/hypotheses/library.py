@@ -12,7 +12,7 @@ from math import inf
 from typing import Any
 
 from rig.gap.settings import Prior
-from rig.model.effect_stages import EFFECT_STAGES, WHOLE_SESSION
+from rig.model.effect_stages import EFFECT_STAGES, WHOLE_SESSION, goes_on
 from rig.model.slots import AHEAD
 from rig.plugins import EFFECTS, Registered
 
@@ -52,7 +52,7 @@ class Law:
     @property
     def whole_session(self) -> bool:
         """It goes on from record to record: of records that say when they began."""
-        return any(shape.get(WHOLE_SESSION.name) for shape in self.shapes)
+        return any(map(goes_on, self.shapes))
 
     def shapes_in(self, scales: Mapping[str, float]) -> Iterator[dict[str, float]]:
         """Its shapes, each number in its own unit."""

@@ -21,7 +21,7 @@ from rig.gap.response.nominal import Reference
 from rig.gap.response.quiet import without_noise
 from rig.model.compiled.machine_code import kernel
 from rig.model.compiled.stages import over_records
-from rig.model.effect_stages import EFFECT_STAGES, WHOLE_SESSION
+from rig.model.effect_stages import EFFECT_STAGES, goes_on
 from rig.model.equations.drive import LEAST_SHARE
 from rig.model.response.model import ResponseModel
 from rig.model.slots import AHEAD, Slot
@@ -209,8 +209,7 @@ def ready(causes: Sequence[Applied], nominal: ResponseModel) -> list[Ready]:
         from_deg = nominal.zero_deg if known.from_rest else 0.0
         stage, state_size = over_records(known.stage), max(known.state_size, 1)
         late = Lateness(*known.late).times(float(params[0]))
-        whole = numbers.get(WHOLE_SESSION.name, WHOLE_SESSION.neutral) > 0.5
-        made.append(Ready(known.slot, stage, params, state_size, known.exact, late, from_deg, whole))
+        made.append(Ready(known.slot, stage, params, state_size, known.exact, late, from_deg, goes_on(numbers)))
     return made
 
 
@@ -379,5 +378,5 @@ def _in(causes: Sequence[Ready], slot: Slot) -> list[Ready]:
 
 
 def _run(cause: Ready, p1: Column, p2: Column, y: Column, course: Course) -> None:
-    begun_s = course.begun_s if cause.whole_session else np.zeros_like(course.dt_s)
+    begun_s = course.begun_s * cause.whole_session
     cause.stage(p1, p2, y, course.ends, np.zeros(cause.state_size), cause.params, course.dt_s, begun_s)

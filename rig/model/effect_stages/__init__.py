@@ -9,7 +9,7 @@ from typing import Any, Final
 
 from rig import plugins
 from rig.errors import ConfigError
-from rig.model.effect_stages.stage import WHOLE_SESSION, EffectParameter, EffectStage
+from rig.model.effect_stages.stage import WHOLE_SESSION, EffectParameter, EffectStage, goes_on
 from rig.model.effect_stages.table import FORMER_NAMES, OWN_STAGES
 
 
@@ -23,4 +23,4 @@ def _stage_of(key: str, module: Any) -> EffectStage:
 EFFECT_STAGES: Final[Mapping[str, EffectStage]] = plugins.Registered(OWN_STAGES, plugins.EFFECTS, _stage_of)
 """Key -> stage, of pamrig and of what is installed beside it."""
 
-__all__ = ["EFFECT_STAGES", "FORMER_NAMES", "WHOLE_SESSION", "EffectParameter", "EffectStage"]
+__all__ = ["EFFECT_STAGES", "FORMER_NAMES", "WHOLE_SESSION", "EffectParameter", "EffectStage", "goes_on"]

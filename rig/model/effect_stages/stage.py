@@ -1,5 +1,6 @@
 """What is known of an effect's stage: where it enters the chain, its numbers with unit, bounds and neutral value."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -24,6 +25,11 @@ WHOLE_SESSION = EffectParameter(
     "whole_session", "1", 0.0, 1.0, 0.0, "1: goes on since the session's first record, 0: anew with each record"
 )
 """Of stages that keep their time, in seconds, in the first place of their state."""
+
+
+def goes_on(numbers: Mapping[str, float]) -> bool:
+    """Whether a stage with these numbers goes on from record to record."""
+    return numbers.get(WHOLE_SESSION.name, WHOLE_SESSION.neutral) > 0.5
 
 
 @dataclass(frozen=True)

@@ -157,3 +157,8 @@ def test_rigs_of_another_physics_settle_healthy_or_changed(
         angles.append(angle)
     assert max(angles) < 1.4 * 15.0
     assert all(abs(angle - 15.0) < 1.0 for angle in angles[-400:])
+
+
+def test_a_model_with_an_effect_that_nobody_knows_is_told_in_words(model: Model) -> None:
+    with pytest.raises(ModelError, match="unknown 'effect backlahs'; did you mean 'backlash'"):
+        plant_of(replace(model, effects=[AddedEffect("backlahs", {"width_deg": 1.0})]), 0.2, 5_000_000)

@@ -10,7 +10,7 @@ import pytest
 
 from hil.bench import SimulatedRig, SimulatedSettings
 from rig.app import shipped
-from rig.errors import DeviceLost
+from rig.errors import DeviceLost, ModelError
 from rig.interfaces import DeviceContext, Measurement, Role
 from rig.model.parameters import AddedEffect
 from rig.realtime.clock import VirtualClock
@@ -162,3 +162,8 @@ def test_counts_follow_what_is_read() -> None:
     assert len(fell) > 20
     (count,) = {read.angle_raw for read in fell}
     assert (count - 2**13) * 345.0 / 2**14 == pytest.approx(-90.0, abs=0.02)
+
+
+def test_an_effect_that_nobody_knows_is_told_in_words() -> None:
+    with pytest.raises(ModelError, match="unknown 'effect backlahs'; did you mean 'backlash'"):
+        with_effect("backlahs", width_deg=1.0)
