@@ -53,10 +53,16 @@ def fit_levels(families: Sequence[Sequence[Parts]], prior: Prior, *, of_days: bo
 
 
 def of_another_build(levels: FactorLevels, builds: int) -> FactorLevels:
-    """Levels of what rigs of one build differ by, for a build that is not among the `builds` that they were fitted on:
-    a spread known from so few is Student's, which is as wide at LIKELY (Gelman et al., Bayesian Data Analysis, 3.2)."""
-    wider = float(stdtrit(builds, 0.5 + 0.5 * LIKELY) / ndtri(0.5 + 0.5 * LIKELY))
+    """Levels of what rigs of one build differ by, for a build that is not among the `builds` that they were fitted
+    on."""
+    wider = wider_for_another(builds)
     return replace(levels, patterns={name: wider * value for name, value in levels.patterns.items()})
+
+
+def wider_for_another(builds: int) -> float:
+    """By how much wider a spread is for a build that is not among those that it is known from: from so few it is
+    Student's, and a normal one is as wide at LIKELY (Gelman et al., Bayesian Data Analysis, 3.2)."""
+    return float(stdtrit(builds, 0.5 + 0.5 * LIKELY) / ndtri(0.5 + 0.5 * LIKELY))
 
 
 def fit_builds(families: Sequence[Sequence[Parts]], levels: FactorLevels, prior: Prior) -> BuildSpread:

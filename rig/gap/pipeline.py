@@ -32,6 +32,7 @@ from rig.gap.raw_tests.signature import Signature
 from rig.gap.records.kept import pair_with_kept
 from rig.gap.records.pairs import Pair, Pairing, pair_up
 from rig.gap.reference.build import Expected, Kind, expect, read_right
+from rig.gap.reference.known_noise import known_noise
 from rig.gap.reference.monitors import misread
 from rig.gap.reference.own_days import pressure_days
 from rig.gap.reference.simulated import at_rest, misfit_deg
@@ -93,7 +94,7 @@ def answer(question: Question) -> tuple[Diagnosis, Grounds]:
     refit = None
     if simulator is not None and not question.kind.by_days:  # what has changed is no matter of the simulator's
         changes = {name: fit.change for name, fit in posteriors[-1].fits.items()}
-        refit = retune(simulator, expected.pairs, expected.driven, changes)
+        refit = retune(simulator, expected.pairs, expected.driven, changes, zeroed=expected.zeroed)
     grounds = Grounds(simulator, expected, posteriors)
 
     def after(causes: Sequence[tuple[str, Fit]]) -> HowFar:
@@ -120,7 +121,9 @@ def weigh(question: Question) -> tuple[list[Signature], Expected, tuple[Posterio
     RecordError and ModelError as `answer`."""
     effects = chosen(question.library)
     pairing = _paired(question, question.records, question.days)
-    signatures = _named_only(read_signatures(pairing.pairs, _described_noise_deg(question)), effects)
+    span_deg = float(np.ptp(np.concatenate([pair.case.angle_deg for pair in pairing.pairs])))
+    noise = known_noise(question.kind, question.model, question.settings.noise, span_deg)
+    signatures = _named_only(read_signatures(pairing.pairs, noise), effects)
     step_deg, code = code_found(signatures)
     lost = any(signature.found and signature.effect == "lost_samples" for signature in signatures)
     over = [_bridge(pair) if lost else _same for pair in pairing.pairs]
@@ -137,12 +140,6 @@ def weigh(question: Question) -> tuple[list[Signature], Expected, tuple[Posterio
     )
     fitting = [effect for effect in effects if not effect.signature]
     return signatures, *_judged(question, expected, fitting, question.settings)
-
-
-def _described_noise_deg(question: Question) -> float | None:
-    """Of the angle, where the reference is a fingerprint."""
-    known = _fingerprint(question)
-    return known.noise_deg if known is not None and known.noise_deg > 0.0 else None
 
 
 def _fingerprint(question: Question) -> Fingerprint | None:

@@ -14,6 +14,7 @@ import numpy as np
 
 from rig.columns import NORMAL_95
 from rig.config import read_yaml, structure
+from rig.gap.provenance import EVERYTHING, FitProvenance
 from rig.record import Column
 
 TOP_HZ = 6.0
@@ -152,8 +153,6 @@ FALSE_ALARM_RATE = 0.01
 """How often something is said of a rig with nothing wrong: by a whole diagnosis, at the sizes that a rig can tell; by
 the changes of a history, all its series together. Less: larger sizes, later and larger changes only."""
 PRIORS = Path(__file__).with_name("priors.yaml")
-BY_HAND, NOT_RECORDED, EVERYTHING = "by hand", "not recorded", "all"
-"""In the provenance of that file: who, unknown, and the path above every other."""
 
 
 @dataclass(frozen=True)
@@ -204,6 +203,18 @@ class UsualSizes:
         """Of the logarithm of a size."""
         ratio = floors / self.scales[effect]
         return math.log(ratio) + 0.5 * math.log(2.0 / math.pi) - 0.5 * ratio**2
+
+
+@dataclass(frozen=True)
+class UsualNoise:
+    """Broadband noise of the angle that healthy rigs usually have; fitted by `pamrig gap study noise`
+    (docs/decisions/0645)."""
+
+    share: float
+    """Its standard deviation, as a share of the span of the angle: the median of builds. Less: a healthy rig's noise is
+    something that its simulator lacks."""
+    spread: float
+    """Standard deviation of the logarithm of that, of a build that it was not fitted on. More: only louder noise is."""
 
 
 @dataclass(frozen=True)
@@ -313,50 +324,6 @@ class Reach:
 
 
 @dataclass(frozen=True)
-class Origin:
-    """Where one part of the fitted numbers comes from."""
-
-    command: str
-    """What wrote it; BY_HAND where nothing did."""
-    seeds: list[int] = field(default_factory=list)
-    """Of the development rigs or cases that it was fitted on."""
-    families: list[str] = field(default_factory=list)
-    """Of plants, all of which count alike."""
-    fitted_on: str = NOT_RECORDED
-    """How many rigs, days or cases, and which."""
-    since: str = NOT_RECORDED
-    """The day from which on it has stood here, with its commit where that is known."""
-    see: str = ""
-    """Decisions."""
-
-
-@dataclass(frozen=True)
-class FitProvenance:
-    """Where the fitted numbers come from. Each command that fits some writes the origin of these, and leaves the
-    others."""
-
-    families: list[str]
-    units: int
-    healthy_records: int
-    """Plants, rigs and days that the levels are fitted on."""
-    parts: dict[str, Origin] = field(default_factory=dict)
-    """What stands under a path of this file, `levels.session.odds` say; the longest path counts."""
-
-    def of(self, path: str) -> Origin | None:
-        """The origin of what stands under that path."""
-        keys = path.split(".")
-        paths = [".".join(keys[:count]) for count in range(len(keys), 0, -1)]
-        return next((self.parts[one] for one in (*paths, EVERYTHING) if one in self.parts), None)
-
-    def renewed(self, made: Mapping[str, Origin]) -> "FitProvenance":
-        """The same with other origins under these paths, and whatever stood under longer ones gone."""
-        kept = {
-            path: one for path, one in self.parts.items() if not any(f"{path}.".startswith(f"{new}.") for new in made)
-        }
-        return replace(self, parts={**kept, **made})
-
-
-@dataclass(frozen=True)
 class Fitted:
     """The file `priors.yaml`."""
 
@@ -368,6 +335,8 @@ class Fitted:
     further: Spread
     reaches: dict[str, Reach] = field(default_factory=dict)
     """By what stands for the rig: described (by days or a fingerprint), simulated (by nothing but a simulator)."""
+    noise: UsualNoise | None = None
+    """Of healthy rigs, beside a simulator, which tells of none; None: any noise may be usual."""
 
     def reach_of(self, reference: str) -> Reach:
         """How far sizes beside a reference may be off; where nothing was fitted, what the likelihood says."""

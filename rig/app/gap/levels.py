@@ -25,10 +25,11 @@ from rig.config import suggest, unstructure
 from rig.errors import ConfigError, ModelError
 from rig.gap.calibrate import fit_builds, fit_levels, fit_monitors, of_another_build
 from rig.gap.hypotheses.inverse_problems import parts_of_angle, parts_of_pressures
+from rig.gap.provenance import FitProvenance, Origin
 from rig.gap.records.pairs import pair_up
 from rig.gap.reference.build import SISTER, Expected, Kind, expect
 from rig.gap.reference.expectation import Parts
-from rig.gap.settings import FitProvenance, Fitted, Levels, Origin, Prior, fitted
+from rig.gap.settings import Fitted, Levels, Prior, fitted
 from rig.model.parameters import Model
 from rig.model.response.fingerprint_check import fingerprint_checksum
 from rig.outputs import OutputKind as Output

@@ -78,8 +78,8 @@ def _usable(described: DescribedRig, plans: Sequence[RunPlan], notes: list[str])
 def _raw(asked: Asked, described: DescribedRig, commands: Sequence[Record]) -> list[Ability]:
     """What the raw samples would tell."""
     commands = [replace(record, facts=dict(record.facts) | _map_of(described.channels)) for record in commands]
-    noise_deg, days = described.rig.noise.angle_deg, bool(asked.baselines)
-    return raw_abilities(described.model, commands, noise_deg, described.effects, earlier_day=days)
+    noise_deg, kind = described.rig.noise.angle_deg, Kind.SESSION if asked.baselines else described.rig.kind
+    return raw_abilities(described.model, commands, noise_deg, described.effects, kind, fitted().noise)
 
 
 def _map_of(channels: Channels) -> dict[str, Any]:

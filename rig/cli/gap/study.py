@@ -1,8 +1,9 @@
 """`pamrig gap study`: what builders of the diagnosis ask of it. Its own numbers on simulated plants (sizes, absorbed,
-sensitivity), what is fitted on these (usual), and to scored checks of development cases (odds, temperature,
+sensitivity), what is fitted on these (noise, usual), and to scored checks of development cases (odds, temperature,
 further)."""
 
 from collections.abc import Callable
+from math import exp
 from pathlib import Path
 
 import click
@@ -246,6 +247,41 @@ def usual(
     each = [] if found is None else [f"{effect} {scale:.2g}" for effect, scale in found.scales.items()]
     console(json_to).print(f"{output}: {', '.join(each) or 'nothing'} (floors of the angle, rms)")
     emit({} if found is None else unstructure(found), json_to)
+
+
+@study.command(short_help="Fit the noise that healthy rigs usually have.")
+@families_option
+@left_out_option("Families to leave out, to be judged by them. Repeatable.")
+@click.option("--units", type=click.IntRange(1), default=4, show_default=True, help="Units of each family.")
+@click.option("--seed", type=click.IntRange(0), default=302, show_default=True, help="Seed of the development units.")
+@priors_option
+@workers_option
+@output_option(OutputKind.LEVELS, "Where the levels go.", required=True, metavar="FILE.yaml")
+@json_option
+def noise(
+    families: tuple[str, ...], left_out: tuple[str, ...], units: int, seed: int, priors: Path | None,
+    workers: int | None, output: Path, json_to: str | None,
+) -> None:  # fmt: skip
+    """Fit how much broadband noise the angle of a healthy rig usually has, on simulated plants, and write it with the
+    levels.
+
+    A simulator tells of none: louder noise than that is something that it lacks.
+    """
+    from rig.app.gap.levels import FittingPlan, known_families, write
+    from rig.app.gap.study.noise import with_noise
+    from rig.app.terminal import progress
+    from rig.config import unstructure
+    from rig.gap.settings import PRIORS, fitted
+
+    plan = FittingPlan(known_families(families, left_out), units, seed, workers)
+    total = units * len(plan.families)
+    with progress("rigs", total) as update:
+        levels, found = with_noise(fitted(priors or PRIORS), plan, lambda done: update(done, f"{done} of {total}"))
+    write(levels, output)
+    console(json_to).print(
+        f"{output}: {100 * found.share:.2g} % of the angle's span, to within a factor of {exp(found.spread):.2g}"
+    )
+    emit(unstructure(found), json_to)
 
 
 @study.command(short_help="Fit how sure names are.")

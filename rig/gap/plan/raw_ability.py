@@ -10,8 +10,12 @@ import numpy as np
 from rig.gap.hypotheses.library import Effect
 from rig.gap.plan.capability import Ability
 from rig.gap.plan.directions import unit_of
+from rig.gap.raw_tests.levels import angles_of
 from rig.gap.raw_tests.read import read_signatures
 from rig.gap.records.pairs import pair_up
+from rig.gap.reference.kinds import Kind
+from rig.gap.reference.known_noise import known_noise
+from rig.gap.settings import UsualNoise
 from rig.model.effect_stages import EFFECT_STAGES
 from rig.model.parameters import AddedEffect, Model
 from rig.model.simulation import simulate
@@ -29,20 +33,30 @@ MOST: Final = 10.0
 
 
 def raw_abilities(
-    model: Model, commands: Sequence[Record], noise_deg: float, effects: Sequence[Effect], *, earlier_day: bool
+    model: Model,
+    commands: Sequence[Record],
+    noise_deg: float,
+    effects: Sequence[Effect],
+    kind: Kind,
+    usual: UsualNoise | None = None,
 ) -> list[Ability]:
     """What records of these commands would tell of every effect that is found in the raw samples, on a rig like `model`
-    whose sensor has that much noise; `earlier_day`: beside a healthy day."""
-    rig = _Samples(model, commands, noise_deg, earlier_day)
+    whose sensor has that much noise, beside such a reference: a healthy day, the model's fingerprint, or the simulator
+    alone, where so much noise is `usual`."""
+    rig = _Samples(model, commands, noise_deg, kind, usual)
     return [_ability(effect, rig) for effect in effects if effect.signature]
 
 
 class _Samples:
     """Days of one rig as they would be recorded."""
 
-    def __init__(self, model: Model, commands: Sequence[Record], noise_deg: float, earlier_day: bool) -> None:
+    def __init__(
+        self, model: Model, commands: Sequence[Record], noise_deg: float, kind: Kind, usual: UsualNoise | None
+    ) -> None:
         self._model, self._commands, self._noise_deg = model, commands, noise_deg
-        self._before = [self._day(100)] if earlier_day else []
+        self._before = [self._day(100)] if kind.by_days else []
+        span_deg = max(float(np.ptp(angle)) for angle in angles_of(self._day(100)))
+        self._known = known_noise(kind, model, usual, span_deg)
 
     def found(self, effect: Effect, size: float) -> bool:
         """Whether the tests find it by its name on every day that is drawn."""
@@ -50,7 +64,8 @@ class _Samples:
 
     def _found(self, effect: Effect, size: float, draw: int) -> bool:
         pairs = pair_up(self._day(draw, effect, size), self._before, self._model.p0_mpa).pairs
-        return any(signature.found and signature.effect == effect.name for signature in read_signatures(pairs))
+        shown = read_signatures(pairs, self._known)
+        return any(signature.found and signature.effect == effect.name for signature in shown)
 
     def _day(self, seed: int, effect: Effect | None = None, size: float = 0.0) -> list[Record]:
         noise = [AddedEffect("sensor_noise", {"std_deg": self._noise_deg, "seed": float(seed)})]

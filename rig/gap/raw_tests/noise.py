@@ -1,5 +1,5 @@
-"""More broadband noise than the baselines have, or a fingerprint knows of; what a step, a line or a lost sample adds is
-taken off first."""
+"""More broadband noise than the baselines have, than a fingerprint knows of, or than rigs usually have; what a step, a
+line or a lost sample adds is taken off first."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -20,14 +20,30 @@ from rig.gap.raw_tests.settings import (
     SLOPE_S,
     SMOOTHED,
     SWITCHED,
+    TESTS,
 )
 from rig.gap.raw_tests.signature import Signature
 from rig.gap.raw_tests.spectral_lines import Spectrum, overtones, sidebands_deg2, without_lines
 from rig.gap.raw_tests.statistics import about, between_days, by_chance
+from rig.gap.settings import FALSE_ALARM_RATE
 from rig.identify.response.response_fit import SMOOTHING_S
 from rig.model.resample import is_regular
 from rig.record import Column, Record
 from rig.smoothing import smoothed
+
+
+@dataclass(frozen=True)
+class KnownNoise:
+    """What is known of a rig's noise, for want of earlier days: of rows that are evenly apart."""
+
+    level_deg: float
+    """One standard deviation of the white noise of the angle."""
+    spread: float = 0.0
+    """Standard deviation of its logarithm where it is what rigs usually have; 0: this rig's own, in its fingerprint."""
+
+    @property
+    def of_this_rig(self) -> bool:
+        return self.spread == 0.0
 
 
 def noise(
@@ -37,28 +53,31 @@ def noise(
     held: bool,
     lines: Sequence[Signature],
     spectra: Sequence[Spectrum],
-    described_deg: float | None = None,
+    known: KnownNoise | None = None,
     level_of: Measure = level_deg,
 ) -> Signature:
     """The test for sensor noise. `held`: lost samples read like the ones before them; `lines`: those that were found in
-    the cases' `spectra`; `described_deg` is what a fingerprint knows of the noise, for want of earlier days: of rows
-    that are evenly apart, as its own were."""
+    the cases' `spectra`."""
     uneven = any(_elsewhere(case, day) for session in sessions for case, day in zip(cases, session, strict=True))
     even = all(is_regular(case, case.period_s) for case in cases)
-    described = [described_deg] if described_deg is not None and even and not sessions else []
+    described = known if even and not sessions else None
     measure = white_level_deg if held or uneven else level_of
     if described:
-        rows = [min(SLOPE_ROWS, SLOPE_S / case.period_s) for case in cases]
-        measure = partial(_beside_the_motion, rows=rows, without_repeats=held)
+        measure = partial(noise_beside_the_motion, cases, without_repeats=held)
     of_step_deg2 = step.value**2 / 12.0 if step.found or described else 0.0
     quiet, switched_deg2 = _without_strongest(lines, cases, spectra)
     own = float(np.sqrt(max(measure(quiet) ** 2 - of_step_deg2, 0.0)))
-    levels = described or [_as_sampled(measure, cases, session) for session in sessions]
-    against = _against(own, levels, ROWS_NOISE / np.sqrt(sum(map(len, cases))) if described else 0.0)
+    by_rows = ROWS_NOISE / np.sqrt(sum(map(len, cases)))
+    if described is None:
+        against = _against(own, [_as_sampled(measure, cases, session) for session in sessions], 0.0)
+    elif described.of_this_rig:
+        against = _against(own, [described.level_deg], by_rows)
+    else:
+        against = _against_usual(own, described, by_rows)
     found = against.plainly and not step.found and own**2 - against.usual**2 > switched_deg2
     size = float(np.sqrt(max(own**2 - against.usual**2, 0.0)))
     size *= _heaviness(cases, sessions) if found and sessions else 1.0
-    text = f"noise of {own:.3g} deg rms, {against.usual:.3g} in {'the fingerprint' if described else 'the baselines'}"
+    text = f"noise of {own:.3g} deg rms, {_whose(described)} {against.usual:.3g}"
     return Signature(
         "noise",
         "sensor_noise",
@@ -102,6 +121,21 @@ def _against(own: float, levels: Sequence[float], unsure: float) -> _Against:
     return _Against(usual, bool(plainly), p_value, spread)
 
 
+def _against_usual(own: float, known: KnownNoise, unsure: float) -> _Against:
+    """A level (deg) beside what rigs usually have, on a logarithmic scale; `unsure` as in `_against`."""
+    usual, louder = known.level_deg, float(np.log(max(own, 1e-12) / known.level_deg))
+    p_value = by_chance(louder, known.spread)
+    spread = float(np.hypot(unsure * own**2, known.spread * usual**2))
+    return _Against(usual, louder > 0.0 and TESTS * p_value < FALSE_ALARM_RATE, p_value, spread)
+
+
+def _whose(known: KnownNoise | None) -> str:
+    """Where the usual level comes from, ahead of its number."""
+    if known is None:
+        return "in the baselines"
+    return "in the fingerprint" if known.of_this_rig else "in rigs usually"
+
+
 def _without_strongest(
     lines: Sequence[Signature], cases: Sequence[Record], spectra: Sequence[Spectrum]
 ) -> tuple[list[Column], float]:
@@ -118,9 +152,10 @@ def _without_strongest(
     return [without_lines(record, those, 2.0 * BESIDE_TO_HZ) for record in cases], SWITCHED * switched_deg2
 
 
-def _beside_the_motion(angles: Sequence[Column], *, rows: Sequence[float], without_repeats: bool) -> float:
-    """White noise as a fingerprint measures it, without what of the motion, smoothed over so many rows, third
+def noise_beside_the_motion(records: Sequence[Record], angles: Sequence[Column], *, without_repeats: bool) -> float:
+    """White noise (deg) of the angles of records as a fingerprint measures it, without what of the motion third
     differences let through."""
+    rows = [min(SLOPE_ROWS, SLOPE_S / record.period_s) for record in records]
     motions = [smoothed(filled_in(angle), over, mirrored=True) for angle, over in zip(angles, rows, strict=True)]
     level = white_noise(angles, without_repeats=without_repeats)
     return float(np.sqrt(max(level**2 - white_noise(motions) ** 2, 0.0)))

@@ -2,7 +2,7 @@
 
 Each compares the case with its own baselines by medians and shares, so that a nominal converter's step or a nominal
 level of noise is no finding. Without a baseline what is found must be plain; noise and step are compared with the noise
-that a model's fingerprint knows, where there is one.
+that a model's fingerprint knows, where there is one, and noise with what rigs usually have, where there is none.
 """
 
 from collections.abc import Sequence
@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from rig.gap.raw_tests.dropouts import ANGLE, dropouts
 from rig.gap.raw_tests.levels import angles_of, level_deg, once
 from rig.gap.raw_tests.monitors import mean_pressure, wires
-from rig.gap.raw_tests.noise import noise
+from rig.gap.raw_tests.noise import KnownNoise, noise
 from rig.gap.raw_tests.quantisation import fine_step_deg, quantisation_step
 from rig.gap.raw_tests.repeats import bridged, lost_rows, repeated_samples
 from rig.gap.raw_tests.signature import Signature
@@ -19,14 +19,14 @@ from rig.gap.raw_tests.time_stamps import time_stamps
 from rig.gap.records.pairs import Pair
 
 
-def read_signatures(pairs: Sequence[Pair], described_noise_deg: float | None = None) -> list[Signature]:
-    """The results of all tests. `described_noise_deg`: of the angle, as a model's fingerprint knows it; counts where no
-    earlier day is there."""
+def read_signatures(pairs: Sequence[Pair], known: KnownNoise | None = None) -> list[Signature]:
+    """The results of all tests; what is `known` of the angle's noise counts where no earlier day is there."""
     cases = [pair.raw for pair in pairs]
     count = min((len(pair.raw_baselines) for pair in pairs), default=0)
     sessions = [[pair.raw_baselines[k] for pair in pairs] for k in range(count)]
     level_of = once(level_deg)
-    step = quantisation_step(cases, sessions, described_noise_deg)
+    own_deg = known.level_deg if known is not None and known.of_this_rig else None
+    step = quantisation_step(cases, sessions, own_deg)
     coarsest = max(step.value, step.baseline)
     dealt_on = coarsest or fine_step_deg(angles_of(cases))
     repeats = repeated_samples(cases, sessions, dealt_on, not step.found, level_of)
@@ -38,7 +38,7 @@ def read_signatures(pairs: Sequence[Pair], described_noise_deg: float | None = N
     fast, usual = fast_spectra(cases), [fast_spectra(session) for session in sessions]
     lines = [mains_line(fast, usual), spurious_tone(fast, usual)]
     standing = [line for line in lines if line.found]
-    louder = noise(cases, sessions, step, held, standing, fast, described_noise_deg, level_of)
+    louder = noise(cases, sessions, step, held, standing, fast, known, level_of)
     falls = [dropouts(pairs, column) for column in (ANGLE, "p1_mpa", "p2_mpa")]
     return [
         step,

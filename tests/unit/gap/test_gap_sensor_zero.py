@@ -76,3 +76,12 @@ def test_a_zero_that_nobody_took_is_a_finding() -> None:
     assert "sensor_offset" in alone.retuning.looks_like
     beside = diagnose(model(), moved, [list(day) for day in baselines()])
     assert [cause.effect for cause in beside.causes] == ["sensor_offset"]
+
+
+def test_re_tuning_counts_the_error_from_the_zero_that_each_record_took() -> None:
+    """A shift of 2 deg that nobody can see was the larger part of "the simulator's error" that re-tuning closed."""
+    bend = AddedEffect("sensor_nonlinearity", {"square": 0.15})
+    found = diagnose(model(), [zeroed(record) for record in session(9, bend)], reference="simulator")
+    assert [cause.effect for cause in found.causes] == ["sensor_nonlinearity"]
+    assert found.retuning is not None
+    assert found.retuning.before_deg == pytest.approx(found.gap.rms_deg, rel=0.1)

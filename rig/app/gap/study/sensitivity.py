@@ -121,6 +121,9 @@ def _priors() -> Iterator[DecidingNumber]:
     usual = next(levels.usual for levels in priors.levels.values() if levels.usual is not None)
     yield from (DecidingNumber(PRIORS, f"usual.{effect}", scale) for effect, scale in usual.scales.items())
     yield DecidingNumber(PRIORS, "commanded_floor", next(iter(priors.levels.values())).commanded_floor)
+    if priors.noise is not None:
+        yield DecidingNumber(PRIORS, "noise.share", priors.noise.share)
+        yield DecidingNumber(PRIORS, "noise.spread", priors.noise.spread)
 
 
 def answered(
@@ -156,6 +159,9 @@ def moved_priors(priors: Fitted, number: DecidingNumber, factor: float) -> Fitte
     if part == "prior":
         value = getattr(priors.prior, name)
         return replace(priors, prior=replace(priors.prior, **{name: type(value)(value * factor)}))
+    if part == "noise":
+        was = priors.noise
+        return priors if was is None else replace(priors, noise=replace(was, **{name: getattr(was, name) * factor}))
     return replace(priors, levels={key: _moved_levels(one, part, name, factor) for key, one in priors.levels.items()})
 
 

@@ -14,7 +14,7 @@ from rig.errors import ModelError, RigError
 from rig.gap.answer.facts import ParameterMove, Retuning
 from rig.gap.answer.how_far.halves import in_halves
 from rig.gap.records.pairs import Pair
-from rig.gap.reference.build import Expected
+from rig.gap.reference.build import Expected, without_mean
 from rig.gap.reference.simulated import at_rest
 from rig.identify.provenance import FITTED_AGAIN
 from rig.identify.response.descent import Descent, descend, square_sum
@@ -74,7 +74,8 @@ class Refit:
 def retuned_model(model: Model, expected: Expected) -> Model:
     """`model` with its own parameters fitted again to the records, and a word on that; ModelError where it runs away
     under them."""
-    found = retune(at_rest(model, expected.pairing), expected.pairs, expected.pairing.pressures)
+    simulator, pressures = at_rest(model, expected.pairing), expected.pairing.pressures
+    found = retune(simulator, expected.pairs, pressures, zeroed=expected.zeroed)
     if found is None:
         raise ModelError(
             "--retuned: the simulator runs away under these records, or has no parameters of "
@@ -85,18 +86,24 @@ def retuned_model(model: Model, expected: Expected) -> Model:
 
 
 def retune(
-    model: Model, pairs: Sequence[Pair], pressures: bool, changes: Mapping[str, Column] | None = None
+    model: Model,
+    pairs: Sequence[Pair],
+    pressures: bool,
+    changes: Mapping[str, Column] | None = None,
+    *,
+    zeroed: bool = False,
 ) -> Refit | None:
     """The simulator fitted again to these records; None where it runs away under them or has no parameters to fit.
 
-    `changes`: what each effect, as it fits best, changes in the angle of all pairs, deg; (n,) one after the other.
+    `zeroed`: each record took its own zero, so that the mean of its error is none (`Expected.zeroed`). `changes`: what
+    each effect, as it fits best, changes in the angle of all pairs, deg; (n,) one after the other.
     """
     names = _tuned(model)
     if not names:
         return None
     scales = np.array([_scale(model.stages()[slot].parameters[name], name) for slot, name in names])
     start = np.array([model.stages()[slot].parameters[name].value for slot, name in names])
-    errors = _Errors(model, names, start, scales, pairs, pressures)
+    errors = _Errors(model, names, start, scales, pairs, pressures, zeroed)
     as_it_is = errors.weighed(np.zeros(len(names)))
     before = errors.angle_ms(as_it_is)
     if not np.isfinite(before).all():
@@ -211,9 +218,10 @@ class _Errors:
         scales: Column,
         pairs: Sequence[Pair],
         pressures: bool,
+        zeroed: bool,
     ) -> None:
         self._made: Callable[[Column], Model] = lambda x: _with(model, names, start + scales * x)
-        self._pairs, self._pressures = pairs, pressures
+        self._pairs, self._pressures, self._zeroed = pairs, pressures, zeroed
         angle = np.concatenate([pair.case.angle_deg for pair in pairs])
         self._angle_unit = 0.01 * max(float(np.ptp(angle)), 1e-3)
         pressure = np.concatenate([pair.case.p1_mpa for pair in pairs if pair.case.p1_mpa is not None] or [np.zeros(1)])
@@ -226,7 +234,7 @@ class _Errors:
         """For each record: error of the angle (deg) and of both pressures (MPa), on every THINNED-th row."""
         model, found = self._made(x), []
         for pair in self._pairs:
-            said = simulate(model, pair.raw)
+            said = simulate(model, pair.raw, begun_s=pair.begun_s)
             t = said.t_s - said.t_s[0]
             angle, p1, p2 = (
                 None if c is None else np.interp(pair.t_s[::THINNED], t, c)
@@ -234,9 +242,10 @@ class _Errors:
             )
             assert angle is not None
             case, used = pair.case, pair.used[::THINNED]
+            off = case.angle_deg[::THINNED] - angle
             found.append(
                 (
-                    (case.angle_deg[::THINNED] - angle) * used,
+                    without_mean(off, used) if self._zeroed else off * used,
                     self._pressure_error(case.p1_mpa, p1, used),
                     self._pressure_error(case.p2_mpa, p2, used),
                 )

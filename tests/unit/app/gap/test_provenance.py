@@ -9,7 +9,8 @@ import pytest
 import yaml
 
 from rig.app.gap.levels import FittingPlan, provenance_of, write
-from rig.gap.settings import EVERYTHING, PRIORS, FitProvenance, Origin, fitted
+from rig.gap.provenance import EVERYTHING, FitProvenance, Origin
+from rig.gap.settings import PRIORS, fitted
 
 SHIPPED: dict[str, Any] = yaml.safe_load(PRIORS.read_text(encoding="utf-8"))
 ANEW, OLD = Origin("anew"), Origin("before")

@@ -88,9 +88,11 @@ def test_raw_effects_are_seen_from_smaller_sizes_beside_an_earlier_day() -> None
     effects = [LIBRARY[name] for name in ("quantisation", "sensor_noise", "valve_lag")]
     commands = [replace(record, angle_deg=None, p1_mpa=None, p2_mpa=None) for record in session(1)[:1]]
     alone, beside = (
-        {one.effect: one for one in raw_abilities(model(), commands, 0.02, effects, earlier_day=day)}
-        for day in (False, True)
+        {one.effect: one for one in raw_abilities(model(), commands, 0.02, effects, kind, fitted().noise)}
+        for kind in (Kind.SIMULATOR, Kind.SESSION)
     )
+    assert alone["sensor_noise"].detectable is not None
+    assert alone["sensor_noise"].detectable > 3.0 * (beside["sensor_noise"].detectable or np.inf)
     assert set(alone) == set(beside) == {"quantisation", "sensor_noise"}
     assert all(one.factor == RAW and one.nameable == one.detectable for one in beside.values())
     assert beside["sensor_noise"].detectable is not None

@@ -16,6 +16,7 @@ from support.plants.gap_rigs import identified, session
 from rig.columns import grouped_median, on_even_steps, white_noise
 from rig.gap import diagnose
 from rig.gap.raw_tests.levels import level_deg
+from rig.gap.raw_tests.noise import KnownNoise
 from rig.gap.raw_tests.quantisation import quantisation_step
 from rig.gap.raw_tests.read import read_signatures
 from rig.gap.raw_tests.settings import COARSER, HIGHEST_CONFIDENCE, TESTS
@@ -264,7 +265,7 @@ def found_by_a_fingerprint(records: list[Record]) -> dict[str, Signature]:
     usual_deg = white_noise([angle for record in day(1) if (angle := record.angle_deg) is not None])
     return {
         signature.test: signature
-        for signature in read_signatures(pair_up(records, [], 0.2).pairs, usual_deg)
+        for signature in read_signatures(pair_up(records, [], 0.2).pairs, KnownNoise(usual_deg))
         if signature.found
     }
 

@@ -1,0 +1,23 @@
+"""What a reference without earlier days knows of the noise of the rig's angle: louder noise is a finding."""
+
+import math
+
+from rig.gap.raw_tests.noise import KnownNoise
+from rig.gap.reference.kinds import Kind
+from rig.gap.settings import UsualNoise
+from rig.model.parameters import Model
+
+_STAGE, _SIZE = "sensor_noise", "std_deg"
+
+
+def known_noise(kind: Kind, model: Model | None, usual: UsualNoise | None, span_deg: float) -> KnownNoise | None:
+    """A fingerprint's own; beside a simulator what rigs usually have over such a span of the angle, with what the
+    simulator has of its own. None where neither is known."""
+    if model is None or kind.by_days:
+        return None
+    if kind is Kind.FINGERPRINT:
+        described = model.fingerprint
+        return None if described is None or described.noise_deg <= 0.0 else KnownNoise(described.noise_deg)
+    own_deg = math.hypot(*(one.parameters[_SIZE] for one in model.effects if one.effect == _STAGE))
+    level_deg = 0.0 if usual is None else math.hypot(usual.share * span_deg, own_deg)
+    return KnownNoise(level_deg, usual.spread) if usual is not None and level_deg > 0.0 else None
