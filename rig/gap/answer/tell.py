@@ -46,7 +46,7 @@ def tell(findings: Findings, after: Callable[[Sequence[tuple[str, Fit]]], HowFar
     rest = [] if suspected else _rest(kept, before, left, floor)
     unknowns = [*(one for one in suspected if one not in small), *rest]
     in_samples = told_apart(findings.signatures, findings.expected, before, bool(kept or unknowns))
-    raw = in_samples.causes
+    raw = [_doubted(findings.expected.pairing, cause) for cause in in_samples.causes]
     nameless = Cause(UNKNOWN, "sensor", RAW_DATA, None, {}, before, before, 0.0, (), EITHER_CHANCE)
     strange = [nameless for _ in _strange(findings)]
     causes = [*_causes(findings, kept, before, far, added), *raw, *unknowns, *strange]
