@@ -27,6 +27,11 @@ from rig.gap.response.propagate import Applied, full_numbers
 from rig.gap.settings import ABOVE_FLOOR, EITHER_CHANCE, EVEN_CHANCE, LEAST_EXPLAINED, Fitted
 from rig.record import Column
 
+IN_TURN = (
+    "the records do not say when they began: they are taken one after the other, as their files are numbered, so that "
+    "a rate is one per minute of record; with pauses between them it is smaller"
+)
+
 
 def tell(findings: Findings, after: Callable[[Sequence[tuple[str, Fit]]], HowFar]) -> Diagnosis:
     """The diagnosis; `after` says how far the gap shrinks with some causes in the simulator."""
@@ -140,7 +145,9 @@ def _notes(findings: Findings, kept: Sequence[Kept], said: Sequence[str]) -> lis
         "follows these records no better: it may act, and the simulator miss more than that by itself"
         for posterior, fit in dropped_effects(findings, kept)
     )
-    return list(dict.fromkeys([*findings.expected.pairing.notes, *said, *nameless, *dropped]))
+    numbered = findings.expected.pairing.numbered and any(one.fit.law.whole_session for one in kept)
+    in_turn = [IN_TURN] if numbered else []
+    return list(dict.fromkeys([*findings.expected.pairing.notes, *said, *nameless, *dropped, *in_turn]))
 
 
 def _further(kept: Sequence[Kept], before: float, floor: float, far: HowFar, settings: Fitted) -> tuple[float, float]:

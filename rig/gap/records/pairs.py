@@ -20,7 +20,7 @@ from rig.gap.records.settings import CLIPPED, CLIPPED_OVER_NEXT
 from rig.gap.records.usable import check_direction, check_scale, hole, reasons, runs_against, usable
 from rig.identify.records.monitors import broken_monitor
 from rig.record import Column, Record
-from rig.session_times import begun_s
+from rig.session_times import are_numbered, begun_s
 
 __all__ = ["Pair", "Pairing", "RunColumns", "pair_up"]
 
@@ -43,6 +43,8 @@ class Pairing:
     elsewhere: tuple[str, ...] = ()
     """The note that the measured P0 lies elsewhere than the earlier days', or the model's, where nobody says which was
     commanded."""
+    numbered: bool = False
+    """Nobody says when the records began, and their files are numbered."""
 
     def noting(self, *lines: str) -> "Pairing":
         """The same with further lines for whoever reads the answer."""
@@ -103,7 +105,10 @@ def pair_up(
     _check_directions(pairs)
     clipped = tuple(_clipped(pairs))
     notes.extend(clipped)
-    return Pairing(pairs, pressed, len(pairs[0].days), p0, tuple(notes), unpaired, clipped, matches, elsewhere)
+    days_beside = len(pairs[0].days)
+    return Pairing(
+        pairs, pressed, days_beside, p0, tuple(notes), unpaired, clipped, matches, elsewhere, are_numbered(case)
+    )
 
 
 def _check_directions(pairs: Sequence[Pair]) -> None:

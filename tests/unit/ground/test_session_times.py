@@ -1,12 +1,14 @@
 """When the records of a session began, as far as they say it."""
 
+from dataclasses import replace
 from datetime import UTC, datetime
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from rig.record import Record
-from rig.session_times import LONGEST_SESSION_S, begun_s
+from rig.session_times import LONGEST_SESSION_S, are_numbered, begun_s
 
 
 def record(**facts: object) -> Record:
@@ -42,11 +44,51 @@ def test_a_record_with_both_is_told_by_the_clock_that_it_was_recorded_by() -> No
         [record(), record()],
         [*begun_at(0.0), record()],
         [record(started_ns=0), record(started_ns=0)],
-        [record(first_time="10:00:00"), record(first_time="10:00:30")],
+        [record(first_time="23:59:50"), record(first_time="00:00:30")],
         begun_at(0.0, 10.0),
         begun_at(0.0, LONGEST_SESSION_S),
     ],
-    ids=["nobody says", "one does not", "no clock", "a time of no day", "at one time", "of two sessions"],
+    ids=["nobody says", "one does not", "no clock", "over midnight", "at one time", "of two sessions"],
 )
 def test_what_cannot_be_told_is_not(records: list[Record]) -> None:
     assert begun_s(records).tolist() == [0.0, 0.0]
+
+
+def test_times_of_day_are_as_good() -> None:
+    assert begun_s([record(first_time=at) for at in ("10:00:00", "10:00:30.5")]).tolist() == pytest.approx([0.0, 30.5])
+
+
+def test_a_time_that_goes_on_from_file_to_file_is_as_good() -> None:
+    assert begun_s([record(t0_s=at) for at in (75.0, 50.0, 100.0)]).tolist() == pytest.approx([25.0, 0.0, 50.0])
+    assert begun_s([record(t0_s=0.0), record(t0_s=0.005)]).tolist() == [0.0, 0.0], "each file has its own"
+
+
+def files(*names: str, **facts: object) -> list[Record]:
+    return [replace(record(**facts), source=Path("day") / name) for name in names]
+
+
+def test_numbered_files_follow_one_another_in_the_order_of_their_numbers() -> None:
+    named = files("10_chirp.csv", "9_sine_0.5hz.csv", "11-steps.csv.gz", t0_s=0.0)
+    assert begun_s(named).tolist() == pytest.approx([19.5, 0.0, 39.0])
+    assert are_numbered(named)
+    assert not are_numbered(begun_at(0.0, 30.0))
+    timed = [replace(one, facts={"t0_s": at}) for one, at in zip(named, (90.0, 50.0, 120.0), strict=True)]
+    assert begun_s(timed).tolist() == pytest.approx([40.0, 0.0, 70.0])
+    assert not are_numbered(timed)
+
+
+@pytest.mark.parametrize(
+    "names",
+    [
+        ("1hz.csv", "2hz.csv"),
+        ("0.5_sine.csv", "0.8_sine.csv"),
+        ("100_kpa.csv", "200_kpa.csv"),
+        ("1_a.csv", "1_b.csv"),
+        ("1_a.csv", "b.csv"),
+        ("1_a.csv",),
+    ],
+    ids=["frequencies", "decimals", "far apart", "twice", "one has none", "one"],
+)
+def test_what_is_no_number_of_a_file_is_none(names: tuple[str, ...]) -> None:
+    assert begun_s(files(*names)).tolist() == [0.0] * len(names)
+    assert not are_numbered(files(*names))
