@@ -213,8 +213,15 @@ class UsualNoise:
     share: float
     """Its standard deviation, as a share of the span of the angle: the median of builds. Less: a healthy rig's noise is
     something that its simulator lacks."""
+    span_deg: float
+    """The span that those had. Records that move less are read by no quieter sensor: it counts as well for them. Less:
+    the noise of records that hardly move is something that a simulator lacks."""
     spread: float
-    """Standard deviation of the logarithm of that, of a build that it was not fitted on. More: only louder noise is."""
+    """Standard deviation of its logarithm, of a build that it was not fitted on. More: only louder noise is."""
+
+    def level_deg(self, span_deg: float) -> float:
+        """Of records over such a span."""
+        return self.share * max(span_deg, self.span_deg)
 
 
 @dataclass(frozen=True)

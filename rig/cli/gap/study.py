@@ -279,7 +279,8 @@ def noise(
         levels, found = with_noise(fitted(priors or PRIORS), plan, lambda done: update(done, f"{done} of {total}"))
     write(levels, output)
     console(json_to).print(
-        f"{output}: {100 * found.share:.2g} % of the angle's span, to within a factor of {exp(found.spread):.2g}"
+        f"{output}: {100 * found.share:.2g} % of the angle's span, at least of {found.span_deg:.2g} deg, to within a "
+        f"factor of {exp(found.spread):.2g}"
     )
     emit(unstructure(found), json_to)
 

@@ -18,6 +18,7 @@ def known_noise(kind: Kind, model: Model | None, usual: UsualNoise | None, span_
     if kind is Kind.FINGERPRINT:
         described = model.fingerprint
         return None if described is None or described.noise_deg <= 0.0 else KnownNoise(described.noise_deg)
+    if usual is None:
+        return None
     own_deg = math.hypot(*(one.parameters[_SIZE] for one in model.effects if one.effect == _STAGE))
-    level_deg = 0.0 if usual is None else math.hypot(usual.share * span_deg, own_deg)
-    return KnownNoise(level_deg, usual.spread) if usual is not None and level_deg > 0.0 else None
+    return KnownNoise(math.hypot(usual.level_deg(span_deg), own_deg), usual.spread)

@@ -2,7 +2,7 @@
 day of development units of several plant families."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -16,6 +16,14 @@ from rig.parallel import executor
 from rig.record import Record
 
 
+@dataclass(frozen=True)
+class HeardNoise:
+    """White noise of an angle, one standard deviation, and its span."""
+
+    noise_deg: float
+    span_deg: float
+
+
 def with_noise(
     levels: Fitted, plan: FittingPlan, report: Callable[[int], None] = lambda done: None
 ) -> tuple[Fitted, UsualNoise]:
@@ -23,32 +31,32 @@ def with_noise(
     sheets = [first_cases(name, plan) for name in plan.families]
     rigs = [case for sheet in sheets for case in sheet]
     with executor(None, plan.workers) as pool:
-        shares = list(reported(pool.map(_of_rig, rigs), report, 0))
-    of_each = [
-        [share for case, share in zip(rigs, shares, strict=True) if case.family == name] for name in plan.families
-    ]
-    found = fit_noise(of_each)
+        heard = list(reported(pool.map(_of_rig, rigs), report, 0))
+    found = fit_noise(
+        [[one for case, one in zip(rigs, heard, strict=True) if case.family == name] for name in plan.families]
+    )
     command = f"pamrig gap study noise --units {plan.units} --seed {plan.seed}"
     made = origin(command, [plan.seed], plan.families, f"{len(rigs)} rigs, a healthy day each")
     return replace(levels, noise=found, provenance=levels.provenance.renewed({"noise": made})), found
 
 
-def fit_noise(families: Sequence[Sequence[float]]) -> UsualNoise:
-    """From the shares of each family's units: a family is one draw of what builds differ by, and what its units differ
-    by comes on top; for a build that is not among them."""
-    logs = [np.log(np.asarray(shares)) for shares in families]
+def fit_noise(families: Sequence[Sequence[HeardNoise]]) -> UsualNoise:
+    """From the units of each family: a family is one draw of what builds differ by, and what its units differ by comes
+    on top; for a build that is not among them."""
+    logs = [np.log([one.noise_deg / one.span_deg for one in units]) for units in families]
+    span_deg = float(np.exp(np.mean([np.mean(np.log([one.span_deg for one in units])) for units in families])))
     middles = np.array([np.mean(some) for some in logs])
     within = float(np.mean([np.var(some) for some in logs]))
     spread = float(np.hypot(np.std(middles), np.sqrt(within)))
-    return UsualNoise(float(np.exp(np.mean(middles))), wider_for_another(len(families)) * spread)
+    return UsualNoise(float(np.exp(np.mean(middles))), span_deg, wider_for_another(len(families)) * spread)
 
 
-def _of_rig(case: Case) -> float:
-    return noise_share(days_of(case)[0])
+def _of_rig(case: Case) -> HeardNoise:
+    return heard_noise(days_of(case)[0])
 
 
-def noise_share(day: Sequence[Record]) -> float:
-    """The white noise of the angle of some records, as a share of its span."""
+def heard_noise(day: Sequence[Record]) -> HeardNoise:
+    """Of some records of one rig."""
     angles = angles_of(day)
     span_deg = max(float(np.nanmax(angle)) for angle in angles) - min(float(np.nanmin(angle)) for angle in angles)
-    return noise_beside_the_motion(day, angles, without_repeats=False) / span_deg
+    return HeardNoise(noise_beside_the_motion(day, angles, without_repeats=False), span_deg)

@@ -22,7 +22,7 @@ from rig.errors import RigError
 from rig.gap import settings
 from rig.gap.answer.facts import Verdict
 from rig.gap.diagnosis import diagnose_with_grounds
-from rig.gap.settings import BuildSpread, FactorLevels, Fitted, Levels, Odds, Prior, UsualSizes, fitted
+from rig.gap.settings import BuildSpread, FactorLevels, Fitted, Levels, Odds, Prior, UsualNoise, UsualSizes, fitted
 from rig.model.parameters import Model
 from rig.parallel import each, executor
 from rig.record import Record
@@ -122,8 +122,10 @@ def _priors() -> Iterator[DecidingNumber]:
     yield from (DecidingNumber(PRIORS, f"usual.{effect}", scale) for effect, scale in usual.scales.items())
     yield DecidingNumber(PRIORS, "commanded_floor", next(iter(priors.levels.values())).commanded_floor)
     if priors.noise is not None:
-        yield DecidingNumber(PRIORS, "noise.share", priors.noise.share)
-        yield DecidingNumber(PRIORS, "noise.spread", priors.noise.spread)
+        yield from (
+            DecidingNumber(PRIORS, f"noise.{field.name}", getattr(priors.noise, field.name))
+            for field in fields(UsualNoise)
+        )
 
 
 def answered(

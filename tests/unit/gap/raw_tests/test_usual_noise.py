@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from support.plants.gap_rigs import model, session
 
-from rig.app.gap.study.noise import fit_noise, noise_share
+from rig.app.gap.study.noise import HeardNoise, fit_noise, heard_noise
 from rig.gap import diagnose
 from rig.gap.answer.result import Diagnosis
 from rig.gap.settings import UsualNoise, fitted
@@ -55,13 +55,15 @@ def test_a_simulator_that_has_that_noise_lacks_none() -> None:
 def test_the_noise_of_builds_is_found_again() -> None:
     random = np.random.default_rng(3)
     logs = np.log(4e-4) + 0.5 * random.standard_normal((400, 1)) + 0.2 * random.standard_normal((400, 5))
-    found = fit_noise(np.exp(logs).tolist())
+    found = fit_noise([[HeardNoise(60.0 * share, 60.0) for share in units] for units in np.exp(logs).tolist()])
     assert found.share == pytest.approx(4e-4, rel=0.1)
+    assert found.span_deg == pytest.approx(60.0)
     assert found.spread == pytest.approx(np.hypot(0.5, 0.2), rel=0.1)
 
 
 def test_of_few_builds_the_spread_is_wider() -> None:
-    few, many = [[1e-4], [4e-4]], [[1e-4], [4e-4]] * 40
+    few = [[HeardNoise(0.01, 60.0)], [HeardNoise(0.04, 60.0)]]
+    many = few * 40
     assert fit_noise(few).spread > 1.5 * fit_noise(many).spread
 
 
@@ -70,4 +72,10 @@ def test_a_healthy_rig_of_another_build_is_about_as_loud_as_is_usual(shared: Pat
     day = shared / "practice" / unit / "baseline_1"
     if not day.is_dir():
         pytest.skip("the practice set is not part of the project")
-    assert abs(np.log(noise_share(read(day)) / usual().share)) < 2.0 * usual().spread
+    heard = heard_noise(read(day))
+    assert abs(np.log(heard.noise_deg / usual().level_deg(heard.span_deg))) < 2.0 * usual().spread
+
+
+def test_records_that_hardly_move_are_read_by_no_quieter_sensor() -> None:
+    assert usual().level_deg(3.0) == usual().level_deg(usual().span_deg)
+    assert usual().level_deg(200.0) == pytest.approx(200.0 * usual().share)
