@@ -11,6 +11,7 @@ import fcntl
 import mmap
 import os
 import stat
+import struct
 import tempfile
 import time
 from collections.abc import Iterator
@@ -26,13 +27,15 @@ KEPT_RING: Final = "-daemon-ring"
 _MAGIC: Final = int.from_bytes(b"PAMRIG\x00\x01", "little")
 HEADER_WORDS: Final = 8
 _MAGIC_WORD, _PID_WORD, _SESSION_WORD, _SIZE_WORD, _LAYOUT_WORD, _MADE_WORD = range(6)
-LAYOUT: Final = 2
+LAYOUT: Final = 3
 """Version of what lies in all blocks, samples among it; 0: made before there was any. Raise it when
 `tests/unit/realtime/test_layout.py` asks for it, or when a word means something else than before."""
-_LOCKED_SINCE: Final = 2
-"""Owners of before hold no lock."""
+_LOCKED_SINCE: Final = 3
+"""Owners of before hold no lock that is asked for here."""
 _YOUNG_NS: Final = 60_000_000_000
 """A block so young may be about to get its owner (`adopt`)."""
+_LOCK: Final = struct.Struct("hhqqi4x")
+"""`struct flock` of fcntl(2): kind, whence, start, length (0: to the end) and pid."""
 
 
 def folder() -> Path:
@@ -92,7 +95,7 @@ class SharedBlock:
             if size < HEADER_WORDS * 8:
                 raise StateError(f"{path}: not a block of pamrig")
             if own:
-                fcntl.flock(descriptor, fcntl.LOCK_SH)
+                _hold(descriptor)
             block = cls(path, mmap.mmap(descriptor, size))
         finally:
             os.close(descriptor)
@@ -134,7 +137,7 @@ def _map_new(path: Path, size: int) -> mmap.mmap:
     store. The mapping keeps a copy of the descriptor, and with it the lock."""
     descriptor = os.open(path, os.O_CREAT | os.O_EXCL | os.O_RDWR, 0o600)
     try:
-        fcntl.flock(descriptor, fcntl.LOCK_SH)
+        _hold(descriptor)
         os.posix_fallocate(descriptor, 0, size)
         return mmap.mmap(descriptor, size)
     finally:
@@ -190,13 +193,16 @@ def _living_owner(path: Path) -> int | None:
     return pid if by_pid and pid and Path(f"/proc/{pid}").exists() else 0
 
 
+def _hold(descriptor: int) -> None:
+    """Be an owner of the file, beside others: until this descriptor and its copies are closed, a mapping's among
+    them."""
+    fcntl.fcntl(descriptor, fcntl.F_OFD_SETLK, _LOCK.pack(fcntl.F_RDLCK, os.SEEK_SET, 0, 0, 0))
+
+
 def _is_held(descriptor: int) -> bool:
-    """Somebody holds a lock on the file."""
-    try:
-        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except OSError:
-        return True
-    return False
+    """Somebody owns the file. Who asks takes no lock himself: two who ask at once would see each other."""
+    found = fcntl.fcntl(descriptor, fcntl.F_OFD_GETLK, _LOCK.pack(fcntl.F_WRLCK, os.SEEK_SET, 0, 0, 0))
+    return bool(_LOCK.unpack(found)[0] != fcntl.F_UNLCK)
 
 
 def is_stale(path: Path) -> bool:

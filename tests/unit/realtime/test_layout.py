@@ -18,7 +18,7 @@ from rig.sample import Sample
 from rig.service.records.recorder import record
 
 SESSION = 0xABC
-BYTES = {2: (3331652285, 2917994296, 236859325, 2306060276)}
+BYTES = {3: (3093832419, 1928037114, 2508584045, 1720075881)}
 """Version of the layout -> checksums of the blocks below."""
 
 
