@@ -17,6 +17,7 @@ from drivers.io_process.lookup import find, path_for, user_of
 from drivers.io_process.mailbox import IoMailbox, LinkState, OutputsMode, Report, Trip, create, mapped, remove
 from drivers.io_process.worker import WorkerSetup
 from rig.errors import DeviceError, DeviceLost, DevicePending
+from rig.silence import Silence
 
 _START_S: Final = 10.0
 _RESTART_NS: Final = 500_000_000
@@ -46,6 +47,7 @@ class IoProcess:
         self._mode = OutputsMode.NONE
         self._seen_errors = 0
         self._began_ns = self._woken_ns = 0
+        self._silence = Silence(hang_ns)
 
     @property
     def running(self) -> bool:
@@ -91,7 +93,7 @@ class IoProcess:
         try:
             self._mailbox = mapped(self._path)
             self._mode, self._seen_errors = OutputsMode.NONE, 0
-            self._began_ns = time.monotonic_ns()
+            self._began_ns, self._silence = time.monotonic_ns(), Silence(self._hang_ns)
             os.write(self._wake, json.dumps(job._asdict()).encode() + b"\n")  # before: it needs nobody any more then
             self._process = subprocess.Popen(
                 [sys.executable, "-P", "-m", "drivers.io_process", str(descriptor)],
@@ -135,10 +137,15 @@ class IoProcess:
         """Whether the process is there and moving; its line may be down, then it tries by itself."""
         if self._process is None or self._mailbox is None or self._process.poll() is not None:
             return False
-        report, now_ns = self._mailbox.report(), time.monotonic_ns()
+        report = self._mailbox.report()
         if report.state is LinkState.STARTING:
-            return now_ns - self._began_ns <= _START_S * 1e9
-        return now_ns - max(report.heartbeat_ns, self._woken_ns) <= self._hang_ns
+            return time.monotonic_ns() - self._began_ns <= _START_S * 1e9
+        return not self._is_stuck(report)
+
+    def _is_stuck(self, report: Report) -> bool:
+        """It does not move, and not because the machine stood still: whoever replaces it then waits for a new one, with
+        old set-points at the valves."""
+        return self._silence.too_long(max(report.heartbeat_ns, self._woken_ns))
 
     def report(self) -> Report:
         """What the I/O process last said; DeviceLost when it is gone, stuck, has lost its line, or took over."""
@@ -149,7 +156,7 @@ class IoProcess:
             raise DeviceLost(f"{self.resource}: {_WHY[report.trip]}")
         if report.state is LinkState.DOWN:
             raise DeviceLost(f"{self.resource}: the line is lost: {report.text}")
-        if time.monotonic_ns() - report.heartbeat_ns > self._hang_ns:
+        if not report.heartbeat_ns or self._is_stuck(report):
             if self._process.poll() is not None:
                 raise DeviceLost(f"{self.resource}: the I/O process is gone (status {self._process.returncode})")
             raise DeviceLost(f"{self.resource}: the I/O process has not moved for {self._hang_ns / 1e6:.0f} ms")

@@ -140,6 +140,8 @@ class ModbusIo(Abilities):
                 if isinstance(self._route, Process) and self._route.io.alive:
                     raise  # its line is down: it writes the safe set-points as soon as it is back
             except DeviceError:
+                if isinstance(self._route, Process):
+                    raise  # an exchange failed: it tries again
                 feeding = True  # by the line that is still there; the way below may get through
         self._rescue(feeding)
 

@@ -13,8 +13,8 @@ from rig.realtime import closed_loop
 from rig.realtime.faults import EXPLANATIONS, Fault
 from rig.realtime.program import Program
 from rig.realtime.shared import HEADER_WORDS, SharedBlock, folder
-from rig.realtime.silence import Silence
 from rig.realtime.state import State
+from rig.silence import Silence
 
 CONTROL_PATIENCE_NS: Final = 1_000_000_000
 """So long the loop goes on without a beat of the process that commands it. Longer: a daemon that hangs is noticed
@@ -46,6 +46,8 @@ class Answer(IntEnum):
     """It does not fit the state."""
     NOT_READY = 3
     """It fits the state, but not now: the cause of a fault is not gone, or a pressure is not known."""
+    GONE = 4
+    """The device was lost, by that fault or after it: only a new session opens it anew."""
 
 
 class Commands(Protocol):

@@ -85,14 +85,17 @@ class Misses:
     """Ticks that came so late that whole periods were skipped: single ones are forgiven, a stall or a habit is not."""
 
     def __init__(self, limits: Limits, period_ns: int) -> None:
-        self._limits = limits
+        self._limits, self._period_ns = limits, period_ns
         self._window_ticks = 1_000_000_000 // period_ns
         self._ticks: deque[int] = deque()
 
-    def add(self, tick: int, missed: int) -> Fault:
-        """The fault that is due after tick number `tick` came `missed` periods late."""
-        if missed >= self._limits.stall_periods:
+    def add(self, tick: int, missed: int, late_ns: int) -> Fault:
+        """The fault that is due after tick number `tick` came `missed` periods late, and `late_ns` have gone by since
+        it was due: a stall in its middle is not left to the next one, or what it writes is as old as that."""
+        if max(missed, late_ns // self._period_ns - 1) >= self._limits.stall_periods:
             return Fault.LONG_STALL
+        if not missed:
+            return _NO_FAULT
         self._ticks.append(tick)
         while self._ticks[0] < tick - self._window_ticks:
             self._ticks.popleft()

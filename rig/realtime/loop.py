@@ -69,8 +69,7 @@ class Loop:
         self.state = State.DISARMED
         self.fault = self._due = Fault.NONE
         self._terminated = Fault.NONE
-        self._quit = False
-        self._device_gone = False
+        self._quit = self._device_gone = False
         self._safe_owed, self._safe_comes = True, False
         self._abilities = abilities_of(device)
         self._looks_owed = 0
@@ -81,8 +80,7 @@ class Loop:
         """Tick, due, woken (ns) and missed periods of the tick that is being carried out."""
         self._command = (settings.safe_p1_mpa, settings.safe_p2_mpa)
         self._program: Program | None = None
-        self._started_tick, self._from = 0, self._command
-        self._reference_deg = NAN
+        self._started_tick, self._from, self._reference_deg = 0, self._command, NAN
         self._way_out_tick: int | None = None
         self._resting = True
         self._zero_deg = self._zero_sum = 0.0
@@ -150,7 +148,7 @@ class Loop:
         now = self._read()
         read_ns = self._clock.now_ns()
         flags, fault = self._guard.check(now, now.angle_deg - self._zero_deg, self.state in _COMMANDING)
-        self._due = self._own_faults(tick, missed) or fault
+        self._due = self._own_faults(tick, missed, read_ns - due_ns) or fault
         if self._due:
             self._latch(self._due)
         self._obey(tick, now, flags)
@@ -205,14 +203,15 @@ class Loop:
         self.ring.tell(str(error))
         if isinstance(error, DeviceLost):
             self._device_gone = True
-            self._latch(Fault.DEVICE_LOST)
+            stalled = self._grid[-1] >= self._limits.stall_periods  # whoever serves its wire stood still as well
+            self._latch(Fault.LONG_STALL if stalled else Fault.DEVICE_LOST)
             if not self._seen_safe:  # what was written last may never have reached the valves
                 self._safe_owed = True
                 self.ring.not_safe()
         elif self._errors.add(failed=True):
             self._latch(Fault.DEVICE_ERRORS)
 
-    def _own_faults(self, tick: int, missed: int) -> Fault:
+    def _own_faults(self, tick: int, missed: int, late_ns: int) -> Fault:
         """What the loop knows against itself: its end, the operator's stop, and its own lateness."""
         if self._terminated:
             self._quit = True
@@ -221,7 +220,7 @@ class Loop:
             return wanted
         if self.state in _UNDER_COMMAND and self._commands.control_lost():
             return Fault.CONTROL_LOST
-        return self._misses.add(tick, missed) if missed else _NO_FAULT
+        return self._misses.add(tick, missed, late_ns) if missed or late_ns > self._period_ns else _NO_FAULT
 
     def _latch(self, fault: Fault) -> None:
         """The first fault is kept; the safe state is owed from now on."""
@@ -259,7 +258,9 @@ class Loop:
             self._safe_owed = True
         elif request is Request.RESET:
             state = after(self.state, Event.RESET)
-            if self._device_gone or self._safe_owed or self._due or flags & (SUSPECT | BROKEN_WIRE | READ_ERROR):
+            if self._device_gone:
+                return Answer.GONE
+            if self._safe_owed or self._due or flags & (SUSPECT | BROKEN_WIRE | READ_ERROR):
                 return Answer.NOT_READY
             self.state, self.fault = state, Fault.NONE
             self._forgive()

@@ -317,9 +317,7 @@ class Daemon:
         estops = self._monitor.estops
         self._runner.hold()
         await self._runner.idle()
-        if not self._monitor.needs_new_session:
-            await self._monitor.clear_fault(estops)
-        else:
+        if self._monitor.needs_new_session or not await self._monitor.clear_fault(estops):
             self._resetting = True
             try:
                 await asyncio.get_running_loop().run_in_executor(self._starter, self._monitor.reopen, estops)

@@ -178,7 +178,7 @@ def _moved(bench: FaultBench) -> int:
     return now_ns
 
 
-def _all_stopped(bench: FaultBench) -> int:
+def all_stopped(bench: FaultBench) -> int:
     """As near to a suspended machine as a process comes; returns when it goes on."""
     pids = bench.pids().values()
     for pid in pids:
@@ -358,7 +358,7 @@ TABLE: Final[tuple[FaultRow, ...]] = (
     FaultRow(
         "all stopped",
         "SIGSTOP to all of them for 2 s, then SIGCONT",
-        _all_stopped,
+        all_stopped,
         ("LONG_STALL", *_LOST),
         100.0,
     ),

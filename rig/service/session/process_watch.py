@@ -26,10 +26,10 @@ from rig.realtime.safe_state import (
     Writer,
     look,
 )
-from rig.realtime.silence import Silence
 from rig.service.aside import StandBy
 from rig.service.processes import is_stopped
 from rig.service.session.watchers import Watchers
+from rig.silence import Silence
 
 LOOP_PATIENCE_S: Final = 0.1
 """Silence of a loop, or of one that was told to make safe, that the supervisor has not ended before: it is lost too."""

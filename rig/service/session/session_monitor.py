@@ -198,8 +198,8 @@ class SessionMonitor:
 
     # requests
 
-    async def request(self, request: Request, run: int = 0) -> None:
-        """Ask the loop; Refused when it does not fit the state, or not now."""
+    async def request(self, request: Request, run: int = 0) -> Answer:
+        """Ask the loop; Refused when it does not fit the state, or not now. DONE, or GONE."""
         async with self._busy:
             session = self.session
             if session is None or self._broken:
@@ -221,6 +221,7 @@ class SessionMonitor:
             raise Refused(Code.WRONG_STATE, f"the loop refused {request.name.lower()} while {self.state.name.lower()}")
         if answer is Answer.NOT_READY:
             raise Refused(Code.REFUSED, _NOT_READY.get(request, "not now"))
+        return answer
 
     async def arm(self) -> list[str]:
         """ARM, when the machine keeps time or nothing real moves. Returns what the operator should know, a line
@@ -341,17 +342,20 @@ class SessionMonitor:
         if self.estops != estops:
             raise Refused(Code.REFUSED, "an emergency stop came while this reset was under way; reset once more")
 
-    async def clear_fault(self, estops: int) -> None:
-        """RESET of a session that is whole; Refused without one, and when more `estops` have come since it was asked
-        for."""
+    async def clear_fault(self, estops: int) -> bool:
+        """RESET of a session that is whole; False: its device was lost after the fault, as by the switch that somebody
+        turned then, and has to be opened anew. Refused without a session, and when more `estops` have come since it was
+        asked for."""
         if self.session is None:  # it was lost, or is being opened, since the caller looked
             raise Refused(Code.REFUSED, _NOT_OPEN)
         self.refuse_after_estop(estops)
         if self.session.watch is not None:
             self.session.watch.withdraw()
         self.session.mailbox.stop(False)
-        await self.request(Request.RESET)
+        if await self.request(Request.RESET) is Answer.GONE:
+            return False
         self._message = ""
+        return True
 
 
 _UNFIT: Final = {

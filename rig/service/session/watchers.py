@@ -15,9 +15,9 @@ from typing import Any, Final
 from rig.errors import ConfigError, DeviceError, RigError
 from rig.realtime.ring import Ring
 from rig.realtime.safe_state import SafeBlock, Writer
-from rig.realtime.silence import Silence
 from rig.service.processes import continue_process, start_process
 from rig.service.session.setups import WatcherSetup
+from rig.silence import Silence
 
 WATCHER_PATIENCE_S: Final = 0.3
 """A watcher that has not looked for this long is stopped."""

@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner
 
+from hil.faults import Injection
 from rig.cli.service import daemon as cli_daemon
 from rig.errors import RigError, StateError
 from rig.qualify.faults.bench import SAFE_MPA, FaultBench
@@ -85,6 +86,19 @@ def test_after_an_emergency_stop_a_new_sweep_asks_before_the_old_queue_moves(ben
     assert {job["id"]: job["state"] for job in status["queue"]}[third["id"]] == "waiting"
     client.stop()
     client.wait()
+
+
+def test_a_device_that_is_lost_after_an_emergency_stop_is_opened_anew_by_a_reset(
+    bench: FaultBench, client: Client
+) -> None:
+    """Who stops a rig may also switch it off: no reset was taken any more, for the fault that stood was another."""
+    client.estop()
+    bench.inject(Injection.LOST)
+    bench.wait(lambda: client.status()["loop"]["p1_mpa"] is None, "the loop to lose the device")
+    bench.inject(Injection.NONE)
+    assert bench.fault() == "ESTOP"
+    client.reset()
+    assert client.status()["state"] == "disarmed"
 
 
 def test_while_the_rig_ramps_down_and_while_one_sweep_is_made_alone_an_old_queue_asks_too(

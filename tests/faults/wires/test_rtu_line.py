@@ -2,6 +2,7 @@
 written or safe that is not, and it works again afterwards."""
 
 import contextlib
+import time
 from collections.abc import Iterator
 
 import pytest
@@ -10,6 +11,7 @@ from hypothesis import strategies as st
 from support.rigs import fieldbus_rigs as rigs
 from support.rigs.spoilt_rtu import AFTERWARDS, MAP, QUICK, SpoiltModule
 
+from drivers.io_process.lookup import find
 from drivers.modbus_io.device import ModbusIo
 from drivers.modbus_io.link import ModbusLink
 from drivers.modbus_io.settings import ModbusSettings, SerialLine
@@ -83,6 +85,67 @@ def test_a_module_that_is_not_heard_any_more_is_told_to_be_safe(module: SpoiltMo
     safe = [round(pressure / 0.5 * 65535) for pressure in rigs.SAFE]
     assert rigs.soon(lambda: module.outputs == safe, 10.0)
     device.close()
+
+
+def test_a_reply_that_is_lost_while_it_is_made_safe_costs_no_io_process(module: SpoiltModule, driven: ModbusIo) -> None:
+    """Whoever drives it tries again a moment later. He was ended, and the set-points stayed for as long as another
+    takes to start."""
+    serves, failed = served_by(module), list[str]()
+    module.ways.extend(["silent"] * 3)
+
+    def made_safe() -> bool:
+        try:
+            driven.safe()
+        except DeviceError as error:
+            failed.append(str(error))
+            return False
+        return True
+
+    assert rigs.soon(made_safe, 10.0)
+    assert any("no usable answer in time" in one for one in failed)
+    assert served_by(module) == serves
+
+
+def test_after_a_standstill_of_all_the_one_who_serves_the_line_is_not_replaced(
+    module: SpoiltModule, driven: ModbusIo, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Whoever moved first found the others silent for as long as all of them had stood still."""
+    driven.read()
+    serves, now_ns = served_by(module), time.monotonic_ns
+    module.ways.extend(["silent"] * 100)
+    with monkeypatch.context() as patch:
+        patch.setattr(time, "monotonic_ns", lambda: now_ns() + 60_000_000_000)
+        with pytest.raises(DeviceError):
+            driven.safe()
+    module.ways.clear()
+    assert rigs.soon(lambda: is_made_safe(driven), 10.0)
+    assert served_by(module) == serves
+
+
+@pytest.fixture
+def driven(module: SpoiltModule) -> Iterator[ModbusIo]:
+    """By an I/O process, away from its safe set-points."""
+    device = ModbusIo(wired(module), rigs.context(*ROLES))
+    device.open()
+    device.write(0.4, 0.3)
+    assert rigs.soon(lambda: module.outputs[0] > 50_000)
+    yield device
+    device.close()
+
+
+def is_made_safe(device: ModbusIo) -> bool:
+    with contextlib.suppress(DeviceError):
+        device.safe()
+        return True
+    return False
+
+
+def served_by(module: SpoiltModule) -> int:
+    """Pid of the I/O process that has the line."""
+    found = find(str(module.device))
+    assert found is not None
+    with contextlib.closing(found[1]):
+        return found[1].pid
 
 
 def test_who_rescues_tells_a_module_that_is_not_heard(module: SpoiltModule) -> None:

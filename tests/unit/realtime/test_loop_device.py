@@ -88,7 +88,7 @@ def test_a_lost_device_is_never_read_again_and_cannot_be_reset() -> None:
     device = ScriptedDevice(reads={15: DeviceLost("scripted: gone")})
     operator = armed_and_running({40: Request.RESET})
     run_loop(device, operator, 60)
-    assert (40, Answer.NOT_READY) in operator.answers
+    assert (40, Answer.GONE) in operator.answers
     assert device.calls["read"] == 16
 
 

@@ -11,6 +11,8 @@ from support.scripted import (
     run_loop,
 )
 
+from rig.errors import DeviceLost
+from rig.interfaces import Measurement
 from rig.realtime.commands import Request
 from rig.realtime.faults import Fault
 from rig.realtime.guard import Limits
@@ -77,6 +79,34 @@ def test_misses_and_stalls(late: dict[int, int], fault: Fault) -> None:
         assert (first.p1_cmd_mpa, first.p2_cmd_mpa) == (0.2, 0.2), (
             "the safe state is written in the tick that sees the fault"
         )
+
+
+@pytest.mark.parametrize(
+    ("held_up_ms", "fault"), [(24, Fault.NONE), (26, Fault.LONG_STALL), (60_000, Fault.LONG_STALL)]
+)
+def test_a_tick_that_is_held_up_while_it_reads_writes_nothing_old(held_up_ms: int, fault: Fault) -> None:
+    """A group of processes that is frozen (`docker pause`) may be so in the middle of a tick: the set-points of a
+    minute ago came to the valves when it went on, whatever the device's own watchdog had made of them."""
+    clock = ScriptedClock()
+
+    def frozen(now: Measurement) -> Measurement:
+        clock.wait_until_ns(clock.now_ns() + held_up_ms * MS)
+        device.outputs.append("frozen")
+        return now
+
+    device = ScriptedDevice(reads={20: frozen})
+    _, loop = run_loop(device, armed_and_running(), 300, clock)
+    assert loop.fault is fault
+    assert (device.outputs[device.outputs.index("frozen") + 1] == "safe") is bool(fault)
+
+
+def test_after_a_standstill_it_is_not_the_device_that_is_to_blame() -> None:
+    """Who serves a slow wire stood still as well, and was said to have lost the device."""
+    device = ScriptedDevice(reads={20: DeviceLost("its I/O process has not moved")})
+    samples, loop = run_loop(device, armed_and_running(), 30, ScriptedClock({20: 3000 * MS}))
+    assert loop.fault is Fault.LONG_STALL
+    assert next(s for s in samples if s.fault).fault == Fault.LONG_STALL
+    assert "safe" in device.outputs[-2:]
 
 
 def test_the_loop_counts_past_what_a_sample_can_hold() -> None:

@@ -5,7 +5,7 @@ from collections.abc import Callable
 
 import pytest
 
-from rig.realtime.silence import Silence
+from rig.silence import Silence
 
 PATIENCE_NS = 1000
 FIRST_NS = 5000
