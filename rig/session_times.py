@@ -1,8 +1,8 @@
-"""When the records of a session began, one after the other: by their dates, by a time that runs through all of them, or
-by the numbers in their files' names."""
+"""When the records of a session began, one after the other: by their dates and the clock of their loop, by a time that
+runs through all of them, or by the numbers in their files' names."""
 
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Iterator, Sequence
 from datetime import date, datetime, time
 from typing import Final
 
@@ -13,6 +13,10 @@ from rig.record import Column, Record
 LONGEST_SESSION_S: Final = 4.0 * 3600.0
 """Records that lie further apart are of no one session: what warms through a session has cooled in a night. More: two
 sessions of a day may pass for one."""
+LOOP_NS: Final = "loop_ns"
+"""Fact: when a record began by the clock of the loop that made it, which nobody sets."""
+_SET_S: Final = 1.0
+"""So far apart the two clocks were not set by degrees, as a time server does with one that is nearly right."""
 FULL_NUMBERS: Final = 2.0
 """Numbers of files go on by so much from one to the next in the mean, at most: some records of a session may be
 missing. More: the kilopascals in their names pass for an order."""
@@ -23,32 +27,48 @@ _NUMBER: Final = re.compile(r"(\d{1,4})(?=[_\- ]|\.(?!\d)|$)")
 def begun_s(records: Sequence[Record]) -> Column:
     """(r,) seconds after the first began; all 0 where nobody says, where two of them ran at one time, or where they are
     of no single session. Files that are only numbered began as soon as the one before was over."""
-    clocks: tuple[Callable[[Record], float | None], ...] = (_since_an_epoch_s, _by_the_files_own_time_s)
-    for clock in clocks:
-        if (begun := _one_after_the_other(records, [clock(record) for record in records])) is not None:
-            return begun
-    numbered = _by_their_numbers_s(records)
-    return np.zeros(len(records)) if numbered is None else numbered
+    begun = next(_by_their_times(records), None)
+    if begun is None:
+        begun = _by_their_numbers(records)
+    return np.zeros(len(records)) if begun is None else begun
 
 
 def are_numbered(records: Sequence[Record]) -> bool:
     """Whether their order is known by the numbers of their files alone, and no time."""
-    told = ([clock(record) for record in records] for clock in (_since_an_epoch_s, _by_the_files_own_time_s))
-    timed = any(_one_after_the_other(records, one) is not None for one in told)
-    return not timed and _by_their_numbers_s(records) is not None
+    return next(_by_their_times(records), None) is None and _by_their_numbers(records) is not None
 
 
-def _one_after_the_other(records: Sequence[Record], found: Sequence[float | None]) -> Column | None:
-    """The times (s) at which records began, from the first on; None where they are not of one session."""
-    known = [at for at in found if at is not None]
-    if len(known) < len(records):
-        return None
-    begun = np.array(known) - min(known)
+def _by_their_times(records: Sequence[Record]) -> Iterator[Column]:
+    """(r,) seconds, by each clock that tells a session, the best first."""
+    dates = _from_the_first([_since_an_epoch_s(record) for record in records])
+    by_loop = _by_one_loop(records)
+    somebody_set_it = dates is not None and by_loop is not None and np.max(np.abs(by_loop - dates)) > _SET_S
+    files_own = _from_the_first([_first_time_s(record) for record in records])
+    for begun in (by_loop if somebody_set_it else None, dates, files_own):
+        if begun is not None and _is_a_session(begun, records):
+            yield begun
+
+
+def _from_the_first(times_s: Sequence[float | None]) -> Column | None:
+    """(r,) the same from the earliest; None where one is not known."""
+    known = [at for at in times_s if at is not None]
+    return np.array([at - min(known) for at in known]) if known and len(known) == len(times_s) else None
+
+
+def _is_a_session(begun: Column, records: Sequence[Record]) -> bool:
+    """One after the other, and close enough."""
     over = begun + [_lasts_s(record) for record in records]
     order = np.argsort(begun)
-    if np.any(begun[order][1:] < over[order][:-1]) or np.max(over) > LONGEST_SESSION_S:
+    return bool(np.all(begun[order][1:] >= over[order][:-1]) and np.max(over) <= LONGEST_SESSION_S)
+
+
+def _by_one_loop(records: Sequence[Record]) -> Column | None:
+    """(r,) by the loop's clock; None where it was not the same loop's, or nobody says."""
+    found = [record.facts.get(LOOP_NS) for record in records]
+    sessions = {str(record.facts.get("session", "")) for record in records}
+    if len(sessions) > 1 or "" in sessions:
         return None
-    return begun
+    return _from_the_first([1e-9 * at if isinstance(at, int) and at > 0 else None for at in found])
 
 
 def _since_an_epoch_s(record: Record) -> float | None:
@@ -66,14 +86,14 @@ def _since_an_epoch_s(record: Record) -> float | None:
         return None
 
 
-def _by_the_files_own_time_s(record: Record) -> float | None:
-    """Its first row's t_s, where one clock went on from file to file."""
+def _first_time_s(record: Record) -> float | None:
+    """The t_s of its first row, where one clock went on from file to file."""
     first = record.facts.get("t0_s")
     return float(first) if isinstance(first, int | float) else None
 
 
-def _by_their_numbers_s(records: Sequence[Record]) -> Column | None:
-    """Each in its turn, as long as the longest; None where they are not numbered."""
+def _by_their_numbers(records: Sequence[Record]) -> Column | None:
+    """(r,) each in its turn, as long as the longest; None where they are not numbered."""
     found = [_NUMBER.match(record.source.name) if record.source is not None else None for record in records]
     numbers = [int(one[1]) for one in found if one is not None]
     span = max(numbers, default=0) - min(numbers, default=0)

@@ -28,6 +28,7 @@ from rig.log.mcap.columns import Array, Samples
 from rig.log.mcap.reader import McapLog
 from rig.record import AGED, MAIN_COLUMNS, Column, Record
 from rig.sample import Phase
+from rig.session_times import LOOP_NS
 
 SUFFIXES: Final = (".mcap", ".csv", ".csv.gz", ".tdms")
 """What a folder is searched for."""
@@ -293,6 +294,7 @@ def _record_of(samples: Samples, facts: Mapping[str, Any], path: Path, several: 
     take, run, given = samples.fields.pop, samples["run"][0], dict(facts)
     given["started_ns"] = int(samples.log_time_ns[0])
     scheduled = take("scheduled_ns")
+    given.setdefault(LOOP_NS, int(scheduled[0]))
     columns: dict[str, Array] = {"t_s": (scheduled - scheduled[0]) / 1e9}
     columns |= {name: take(name) for name in MAIN_COLUMNS if name != "t_s"}
     columns |= {name: take(name).astype(np.float64, copy=False) for name in _KEPT_FIELDS}

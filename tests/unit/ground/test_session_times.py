@@ -38,6 +38,34 @@ def test_a_record_with_both_is_told_by_the_clock_that_it_was_recorded_by() -> No
     assert begun_s(records).tolist() == pytest.approx([0.0, 30.0])
 
 
+def of_a_clock_that_was_set(by_s: float, **facts: object) -> list[Record]:
+    """Three records of one minute each, the wall clock set before the third."""
+    walls = (0.0, 60.0, 120.0 + by_s)
+    return [
+        record(started_ns=round(1e18 + 1e9 * wall), loop_ns=round(1e9 * (7 + 60.0 * k)), **facts)
+        for k, wall in enumerate(walls)
+    ]
+
+
+@pytest.mark.parametrize("by_s", [-3600.0, 3600.0, -90.0, 20 * 365 * 86400.0])
+def test_a_wall_clock_that_was_set_between_them_orders_nothing(by_s: float) -> None:
+    """The third of a session had begun before the first, or an hour after the second: what warmed through it did so in
+    another order."""
+    assert begun_s(of_a_clock_that_was_set(by_s, session="aa")).tolist() == pytest.approx([0.0, 60.0, 120.0])
+
+
+def test_a_clock_that_begins_anew_with_each_record_is_no_loop_s() -> None:
+    """As a table's that was made into a log."""
+    records = [record(started_ns=round(1e18 + 60e9 * k), loop_ns=10**9, session="aa") for k in range(2)]
+    assert begun_s(records).tolist() == pytest.approx([0.0, 60.0])
+
+
+def test_the_clocks_of_two_loops_are_not_compared() -> None:
+    other = record(started_ns=round(1e18 + 200e9), loop_ns=1, session="bb")
+    begun = begun_s([*of_a_clock_that_was_set(0.0, session="aa"), other])
+    assert begun.tolist() == pytest.approx([0.0, 60.0, 120.0, 200.0])
+
+
 @pytest.mark.parametrize(
     "records",
     [
