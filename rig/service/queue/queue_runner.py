@@ -178,7 +178,9 @@ class QueueRunner:
 
     async def _records(self, job: Job, sweep: Summary) -> None:
         await self.check_space()
-        job.folder = job.folder or str(await self._disks.do(lambda: self._folder(job.name)))
+        if not job.folder:
+            job.folder = str(await self._disks.do(lambda: self._folder(job.name)))
+            await self._keep()  # before anything lies there: a daemon may be killed in the first record
         await self._disks.do(lambda: _make(Path(job.folder)))
         for index in range(job.done, job.total):
             await self.check_space()

@@ -1,6 +1,7 @@
 """A daemon of real processes: an operator's day, what he does wrong, and restarts."""
 
 import os
+import signal
 import time
 from pathlib import Path
 
@@ -234,6 +235,22 @@ def test_a_restart_comes_back_disarmed_and_remembers_what_was_done(bench: FaultB
     assert (jobs[done["id"]]["state"], len(jobs[done["id"]]["files"])) == ("done", 2)
     assert jobs[cut["id"]]["state"] in ("stopped", "failed")
     assert not list(bench.state.glob("*.broken"))
+
+
+def test_a_daemon_that_is_killed_in_the_first_record_knows_where_that_lies(bench: FaultBench, client: Client) -> None:
+    """A job's folder was written down with its first whole record: the next try had another one, and what the kill had
+    left of the first was in a folder of no job."""
+    client.arm()
+    (job,) = client.start(bench.sweep)
+    bench.wait(lambda: client.status()["record"], "the record")
+    folder = Path(next(one for one in client.status()["queue"] if one["id"] == job["id"])["folder"])
+    client.close()
+    bench.send("control", signal.SIGKILL)
+    bench.wait(lambda: not bench.alive, "its end")
+    bench.start()
+    (known,) = [one for one in bench.status()["queue"] if one["id"] == job["id"]]
+    assert (known["state"], Path(known["folder"])) == ("stopped", folder)
+    assert folder.is_dir()
 
 
 def test_ended_daemons_leave_no_shared_memory(bench: FaultBench) -> None:
