@@ -92,7 +92,10 @@ class ProcessWatch:
         patience_s = LOOP_PATIENCE_S if watchers.processes else _UNWATCHED_PATIENCE_S
         self._patience_ns = max(patience_s * 1e9, _PATIENCE_PERIODS * period_ns) if timed else math.inf
         self._silence, self._deafness = Silence(self._patience_ns), Silence(self._patience_ns)
-        self._recorder_seen = (0, time.monotonic())
+        self._recorder_seen = (0, time.monotonic_ns())
+        """How far it had read, and since when it has stood there."""
+        self._fills_ns = ring.capacity / 2 * period_ns
+        self._standing, self._stopped = Silence(self._fills_ns), Silence(RECORDER_STOPPED_S * 1e9)
         self._demanded_ns = self._gone_ns = self._seen_ns = self._asked_ns = 0
         self._looked_for = (0, 0)
         """A write of the loop, and how often it was looked at for it."""
@@ -144,15 +147,14 @@ class ProcessWatch:
         One that waits for a slow disk loses nothing as long as the ring has room; one that somebody stopped is not
         coming back.
         """
-        ring, now = self._ring, time.monotonic()
-        cursor, since = self._recorder_seen
+        ring, (cursor, since_ns) = self._ring, self._recorder_seen
         if ring.recorded != cursor or ring.head == ring.recorded:
-            self._recorder_seen = (ring.recorded, now)
+            self._recorder_seen = (ring.recorded, time.monotonic_ns())
             return ""
-        patience_s = ring.capacity / 2 * self._period_ns / 1e9
-        if now - since > patience_s:
-            return f"the recorder has not moved for {patience_s:.0f} s: the disk does not keep up, or it hangs"
-        stopped = now - since > RECORDER_STOPPED_S and is_stopped(self._recorder.pid)
+        if self._standing.too_long(since_ns):
+            why = "the disk does not keep up, or it hangs"
+            return f"the recorder has not moved for {self._fills_ns / 1e9:.0f} s: {why}"
+        stopped = self._stopped.too_long(since_ns) and is_stopped(self._recorder.pid)
         return "the recorder was stopped by a signal" if stopped else ""
 
     # the safe state

@@ -141,6 +141,25 @@ def test_a_machine_that_was_suspended_makes_the_rig_safe(bench: Bench, monkeypat
     assert bench.mailbox.estop_wanted() is Fault.LONG_STALL
 
 
+def test_a_recorder_that_stood_still_with_all_the_others_is_not_lost(
+    bench: Bench, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It had "not moved for 20 s", after so long a pause: no reset without a new session, and a black box more."""
+    now_ns, paused_ns = time.monotonic_ns, 0
+    found = []
+    with monkeypatch.context() as patch:  # whoever watches the tests looks at the clock after them
+        patch.setattr(time, "monotonic_ns", lambda: now_ns() + paused_ns)
+        patch.setattr(time, "monotonic", lambda: (now_ns() + paused_ns) * 1e-9)
+        watch = bench.watch()
+        bench.writer.put(Sample(**dict.fromkeys(Sample._fields, 0)))  # type: ignore[arg-type]
+        for _ in range(6):
+            bench.writer.beat()
+            found.append(watch.look())
+            paused_ns += 60_000_000_000
+    assert found[:2] == [None, None]
+    assert [loss.fault for loss in found if loss] == [Fault.RECORDER_DIED], "it does not come back either"
+
+
 def test_a_machine_that_gives_no_thread_any_more_keeps_nobody_from_taking_over(
     bench: Bench, monkeypatch: pytest.MonkeyPatch
 ) -> None:
