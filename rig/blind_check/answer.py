@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from rig.blind_check import sandbox
-from rig.blind_check.folder import MODEL_FILES, PRIORS_FILE, read_json, write_json
+from rig.blind_check.folder import MODEL_FILES, PRIORS_FILE, read_json, whole, write_json
 from rig.blind_check.modes import DEFAULT, MODES, Mode
 from rig.errors import RecordError, RigError
 from rig.parallel import end_with
@@ -71,10 +71,8 @@ def compiled_beside(answers: Path) -> Path:
     for made in root.rglob("__pycache__/*.nb[ic]"):
         place = cache / str(subpath(str(made.parent.parent / "x.py"))) / made.name
         if not place.exists():
-            place.parent.mkdir(parents=True, exist_ok=True)
-            copy = place.with_name(f"{made.name}.{os.getpid()}.part")
-            shutil.copyfile(made, copy)
-            copy.replace(place)
+            with whole(place) as copy:
+                shutil.copyfile(made, copy)
     return cache
 
 

@@ -13,11 +13,12 @@
 A token is a number from a keyed hash: it sorts the cases anew and says nothing of their order.
 """
 
+import contextlib
 import hashlib
 import json
 import os
 import shutil
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
@@ -84,12 +85,26 @@ def token_of(key: bytes, number: int) -> str:
     return hashlib.blake2b(number.to_bytes(8, "little"), key=key, digest_size=8).hexdigest()
 
 
+@contextlib.contextmanager
+def whole(path: Path) -> Iterator[Path]:
+    """A place beside `path` that takes its name when it is written, so that a killed process leaves no half answer;
+    RecordError, and nothing there, when the disk refuses."""
+    part = path.with_name(f"{path.stem}.{os.getpid()}.part{path.suffix}")
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        yield part
+        part.replace(path)
+    except OSError as error:
+        raise RecordError(f"{path}: cannot be written: {error.strerror or error}") from None
+    finally:
+        with contextlib.suppress(OSError):
+            part.unlink()
+
+
 def write_json(path: Path, data: Any) -> None:
-    """Write whole or not at all, so that a killed process leaves no half answer."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    part = path.with_name(f"{path.name}.{os.getpid()}.part")
-    part.write_text(json.dumps(data, indent=1, sort_keys=True, default=_plain) + "\n", encoding="utf-8")
-    part.replace(path)
+    """A whole JSON file, or none."""
+    with whole(path) as part:
+        part.write_text(json.dumps(data, indent=1, sort_keys=True, default=_plain) + "\n", encoding="utf-8")
 
 
 def _plain(value: Any) -> Any:
@@ -139,7 +154,6 @@ def without_times(question: Path) -> None:
 
 def write_truth(path: Path, facts: Mapping[str, Any], untouched: Named, healthy: Sequence[Named]) -> None:
     """What only the scorer gets: the facts, untouched records with the effect, and the same on healthy days."""
-    path.parent.mkdir(parents=True, exist_ok=True)
     days = {"case": untouched} | {f"day_{number}": day for number, day in enumerate(healthy)}
     arrays = {
         f"{day}|{name}|{column}": values
@@ -147,9 +161,8 @@ def write_truth(path: Path, facts: Mapping[str, Any], untouched: Named, healthy:
         for name, columns in named.items()
         for column, values in columns.items()
     }
-    part = path.with_name(f"{path.stem}.{os.getpid()}.part.npz")
-    np.savez_compressed(part, facts=np.array(json.dumps(facts)), **dict[str, Any](arrays))
-    part.replace(path)
+    with whole(path) as part:
+        np.savez_compressed(part, facts=np.array(json.dumps(facts)), **dict[str, Any](arrays))
 
 
 def read_truth(path: Path) -> tuple[dict[str, Any], Named, list[Named]]:
