@@ -10,6 +10,7 @@ from rig.realtime.ring import Ring, RingReader
 from rig.sample import unpack
 from rig.service.processes import DISK_PATIENCE_S
 from rig.service.records.recorder_messages import RunResult
+from rig.silence import Silence
 
 SAY_EVERY_S: Final = 5.0
 _LOOK_S: Final = 0.02
@@ -23,8 +24,8 @@ def await_end(recorder: BaseProcess, ring: Ring, say: Callable[[str], None], loo
     It has DISK_PATIENCE_S, counted anew with everything that it takes from the ring or writes. `look` is called all
     the while; `say` every SAY_EVERY_S with a line on what is waited for.
     """
-    done, since = _done(recorder, ring), time.monotonic()
-    told = since
+    done, told = _done(recorder, ring), time.monotonic()
+    since, silence = told, Silence(DISK_PATIENCE_S * 1e9)
     while recorder.is_alive():
         recorder.join(_LOOK_S)
         look()
@@ -32,7 +33,7 @@ def await_end(recorder: BaseProcess, ring: Ring, say: Callable[[str], None], loo
         done = _done(recorder, ring)
         if done != before:
             since = now
-        elif now - since > DISK_PATIENCE_S and recorder.is_alive():
+        elif silence.too_long(round(since * 1e9)) and recorder.is_alive():
             recorder.kill()
             recorder.join(_KILL_S)
             return f"the disk took nothing for {DISK_PATIENCE_S:g} s, and the recorder was ended"

@@ -41,6 +41,11 @@ class Clock:
         self._real, self._ahead_s, self._runs = time.monotonic, 0.0, False
         self._at: tuple[float, Callable[[], None]] | None = None
         monkeypatch.setattr(time, "monotonic", self)
+        monkeypatch.setattr(time, "monotonic_ns", lambda: round(self() * 1e9))
+
+    def jump(self, seconds: float) -> None:
+        """As it does for one who stood still meanwhile."""
+        self._ahead_s += seconds
 
     def run(self, at_s: float = float("inf"), do: Callable[[], None] = lambda: None) -> None:
         """From now on; stand after `at_s`, and `do` that."""
@@ -94,6 +99,16 @@ def test_a_recorder_whose_disk_stands_still_for_a_while_is_waited_for(
     assert len(contents(tmp_path / "a.mcap").samples) == result.ticks
     assert "waiting for the recorder (process" in caplog.text
     assert "its disk has taken nothing for" in caplog.text
+
+
+def test_a_recorder_that_stood_still_with_all_the_others_is_waited_for(
+    stands: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Two minutes of standstill at the end of a session: it was ended before it could move, and its record was cut."""
+    session, clock = run_to_its_end(tmp_path / "a.mcap"), Clock(monkeypatch)
+    clock.run(20.0, lambda: (clock.jump(2 * DISK_PATIENCE_S), clock.run(25.0 + 2 * DISK_PATIENCE_S, stands.unlink)))
+    result = closed(session)
+    assert (result.error, result.valid, session.given_up) == ("", True, "")
 
 
 def test_a_disk_that_takes_nothing_at_all_is_given_up_and_the_loss_is_told(
