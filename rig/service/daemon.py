@@ -310,14 +310,18 @@ class Daemon:
             return {"did": "ramping down"}
         return {"did": "disarmed"}
 
-    async def _reset(self, _: Given) -> dict[str, str]:
+    def _refuse_beside_a_reset(self) -> None:
         if self._resetting:
             raise Refused(Code.WRONG_STATE, "a reset is under way")
+
+    async def _reset(self, _: Given) -> dict[str, str]:
+        self._refuse_beside_a_reset()
         self._monitor.require(Event.RESET)
         estops = self._monitor.estops
         self._runner.hold()
         await self._runner.idle()
         if self._monitor.needs_new_session or not await self._monitor.clear_fault(estops):
+            self._refuse_beside_a_reset()  # that waited for the same record
             self._resetting = True
             try:
                 await asyncio.get_running_loop().run_in_executor(self._starter, self._monitor.reopen, estops)

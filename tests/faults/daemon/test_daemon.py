@@ -2,6 +2,7 @@
 
 import os
 import signal
+import threading
 import time
 from pathlib import Path
 
@@ -99,6 +100,35 @@ def test_a_device_that_is_lost_after_an_emergency_stop_is_opened_anew_by_a_reset
     bench.inject(Injection.NONE)
     assert bench.fault() == "ESTOP"
     client.reset()
+    assert client.status()["state"] == "disarmed"
+
+
+def test_of_two_resets_at_once_one_is_carried_out(bench: FaultBench, client: Client) -> None:
+    """Both waited for the record that the fault had ended, and then each opened the rig anew; while the second did,
+    nobody knew that a reset was under way."""
+    client.arm()
+    client.start(bench.sweep)
+    bench.wait(lambda: client.status()["record"], "the record")
+    at_once, said = threading.Barrier(2), list[str]()
+
+    def reset() -> None:
+        with bench.client() as one:
+            at_once.wait()
+            try:
+                one.reset()
+                said.append("")
+            except RigError as error:
+                said.append(str(error))
+
+    both = [threading.Thread(target=reset) for _ in range(2)]
+    bench.inject(Injection.LOST)
+    bench.wait(bench.fault, "the fault")
+    bench.inject(Injection.NONE)
+    for each in both:
+        each.start()
+    for each in both:
+        each.join()
+    assert said.count("") == 1
     assert client.status()["state"] == "disarmed"
 
 
