@@ -20,6 +20,8 @@ MOST_ROWS = 20_000_000
 the memory."""
 AGED = ("p1", "p2", "angle")
 """Measurements whose age a record has in seconds (p1_age_s) and a sample in nanoseconds (p1_age_ns)."""
+ZERO_FACT = "angle_zero_deg"
+"""Fact of a record by pamrig's own loop: what the sensor showed at rest, and was taken for zero; 0 where it was not."""
 
 
 @dataclass(frozen=True, eq=False)

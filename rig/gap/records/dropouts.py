@@ -31,7 +31,7 @@ from rig.gap.records.settings import (
     RECOVERY_ROWS,
     RETURNS,
 )
-from rig.record import Column, Record
+from rig.record import ZERO_FACT, Column, Record
 
 Rows = NDArray[np.bool_]
 MEASURED = ("p1_mpa", "p2_mpa", "angle_deg")
@@ -43,9 +43,9 @@ class Dropouts:
 
     column: str
     rail: float
-    """The rail that was looked at, in the column's unit."""
+    """The rail that was looked at, in the column's unit, from the sensor's own zero."""
     level: float
-    """What the fallen samples read, in the middle."""
+    """What the fallen samples read in the record, in the middle."""
     fallen: Rows
     """(n,) True where a sample fell."""
     at_rail: Rows
@@ -60,8 +60,9 @@ class Dropouts:
 def without_dropouts(records: Sequence[Record]) -> tuple[list[Record], list[tuple[Dropouts, ...]]]:
     """The records of one day with fallen samples missing (NaN), and what was taken out of each.
 
-    A rail is one value for all records of a day; every rail of a column (zero, its lowest and its highest value) is
-    looked at, those that the samples cannot tell apart as one. Falls of the angle may be seen through a filter.
+    A rail is one value of the sensor for all records of a day, whatever zero each of them took; every rail of a column
+    (zero, its lowest and its highest value) is looked at, those that the samples cannot tell apart as one. Falls of the
+    angle may be seen through a filter.
     """
     found = [_in_columns(records, name) for name in MEASURED]
     kept = [tuple(one for column in found for one in column[k]) for k in range(len(records))]
@@ -70,19 +71,36 @@ def without_dropouts(records: Sequence[Record]) -> tuple[list[Record], list[tupl
 
 def _in_columns(records: Sequence[Record], name: str) -> list[list[Dropouts]]:
     """What fell in one column of each record of a day, where it fell often enough."""
-    columns = [getattr(record, name) for record in records]
+    zeros = [_zero_of(record, name) for record in records]
+    columns = [_from_zero(getattr(record, name), zero) for record, zero in zip(records, zeros, strict=True)]
     measured = [column for column in columns if column is not None and np.isfinite(column).any()]
     passed = passed_in_a_row(measured) if name == "angle_deg" else 1.0
     seen = {id(read): _seen(read, passed) for read in measured}
     rails = _rails(list(seen.values()))
     found = [
-        list(_in_column(name, seen[id(read)], _longest_rows(record), rails, passed)) if id(read) in seen else []
-        for record, read in zip(records, columns, strict=True)
+        [
+            replace(one, level=one.level - zero)
+            for one in _in_column(name, seen[id(read)], _longest_rows(record), rails, passed)
+        ]
+        if id(read) in seen
+        else []
+        for record, read, zero in zip(records, columns, zeros, strict=True)
     ]
     clear = _often_enough(found)
     kept = [[one for one in mine if one.rail in clear] for mine in found]
     away = _run_away(records) if name == "angle_deg" else []
     return away if _samples(away) > _samples(kept) else kept
+
+
+def _zero_of(record: Record, name: str) -> float:
+    """What the record's zero of the angle is by the sensor's own, deg."""
+    zero = record.facts.get(ZERO_FACT)
+    return float(zero) if name == "angle_deg" and isinstance(zero, int | float) else 0.0
+
+
+def _from_zero(column: Column | None, zero: float) -> Column | None:
+    """A column as its sensor gave it."""
+    return column if column is None or zero == 0.0 else column + zero
 
 
 def _samples(found: Sequence[Sequence[Dropouts]]) -> int:

@@ -32,7 +32,7 @@ from rig.model.parameters import Input, Model
 from rig.model.response.fingerprint_check import fingerprint_trouble
 from rig.model.response.model import ResponseModel, response_of
 from rig.model.simulation import simulate
-from rig.record import Column
+from rig.record import ZERO_FACT, Column
 
 AUTO = "auto"
 MEAN = "mean pressure"
@@ -41,9 +41,6 @@ UNCORRECTED = "uncorrected"
 an older file."""
 SISTER = "sister"
 """Levels of a simulator that was made for another rig of the build, or from data sheets."""
-
-ZERO_FACT = "angle_zero_deg"
-"""Fact of a record by pamrig's own loop: what the sensor showed at rest, and was taken for zero; 0 where it was not."""
 
 
 @dataclass(frozen=True)

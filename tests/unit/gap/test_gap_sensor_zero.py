@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import replace
 
+import numpy as np
 import pytest
 from support.plants.gap_rigs import baselines, model, session
 
@@ -85,3 +86,20 @@ def test_re_tuning_counts_the_error_from_the_zero_that_each_record_took() -> Non
     assert [cause.effect for cause in found.causes] == ["sensor_nonlinearity"]
     assert found.retuning is not None
     assert found.retuning.before_deg == pytest.approx(found.gap.rms_deg, rel=0.1)
+
+
+def test_samples_that_fall_to_the_sensors_own_zero_fall_to_one_value_whatever_zero_each_record_took() -> None:
+    """Neither the angle's zero nor its end, and another value in each record: nothing had fallen."""
+    random = np.random.default_rng(4)
+
+    def falling(record: Record) -> Record:
+        assert record.angle_deg is not None
+        zero_deg = 3.0 + 0.1 * random.standard_normal()
+        read = np.where(random.random(len(record)) < 0.01, 0.0, record.angle_deg + zero_deg)
+        return replace(record, angle_deg=read - zero_deg, facts={"angle_zero_deg": zero_deg})
+
+    found = diagnose(model(), session(9, after=falling), reference="simulator")
+    (cause,) = found.causes
+    assert cause.effect == "sensor_dropout"
+    assert cause.parameters["probability"].value == pytest.approx(0.01, rel=0.3)
+    assert cause.parameters["rail_deg"].value == pytest.approx(-3.0, abs=0.3)
