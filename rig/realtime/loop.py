@@ -208,7 +208,7 @@ class Loop:
             if not self._seen_safe:  # what was written last may never have reached the valves
                 self._safe_owed = True
                 self.ring.not_safe()
-        elif self._errors.add(failed=True):
+        elif self._errors.level < self._limits.bucket and self._errors.add(failed=True):  # when it gets full
             self._latch(Fault.DEVICE_ERRORS)
 
     def _own_faults(self, tick: int, missed: int, late_ns: int) -> Fault:
@@ -223,12 +223,12 @@ class Loop:
         return self._misses.add(tick, missed, late_ns) if missed or late_ns > self._period_ns else _NO_FAULT
 
     def _latch(self, fault: Fault) -> None:
-        """The first fault is kept; the safe state is owed from now on."""
-        if self.state is _FAULT:
-            return
-        self.state = after(self.state, Event.FAULT)
-        self.fault = fault
-        self._safe_owed = True
+        """The first is kept. The safe state is owed now, and again where a device's own watchdog may have left it."""
+        if self.state is not _FAULT:
+            self.state, self.fault, self._safe_owed = after(self.state, Event.FAULT), fault, True
+        elif fault in (Fault.LONG_STALL, Fault.DEVICE_ERRORS):
+            self._safe_owed, self._seen_safe = True, False
+            self.ring.unseen()
 
     def _obey(self, tick: int, now: Measurement, flags: int) -> None:
         try:

@@ -168,6 +168,10 @@ class RingWriter:
         """Other set-points than the safe ones may stand from now on."""
         self._words[_SAFE] = self._words[_SAFE_SEEN] = self._words[_SAFE_COMING] = 0
 
+    def unseen(self) -> None:
+        """The device may have left the safe state that was written last, which is written again."""
+        self._words[_SAFE_SEEN] = 0
+
     def made_safe(self) -> None:
         """The device has taken the safe state."""
         self._words[_SAFE] = time.monotonic_ns()

@@ -151,6 +151,9 @@ class ListRing:
     def not_safe(self) -> None:
         self.safe.append("not")
 
+    def unseen(self) -> None:
+        self.safe.append("unseen")
+
     def beat(self, ahead_ns: int = 0) -> None:
         self.beats += 1
 

@@ -215,6 +215,10 @@ class SessionMonitor:
                         Code.REFUSED, f"the loop did not answer {request.name.lower()} within {ANSWER_PATIENCE_S:g} s"
                     )
                 await asyncio.sleep(_ANSWER_POLL_S)
+            # the loop answers in the middle of the tick that does it, and tells its state at the end
+            answered_at, deadline = session.ring.head, time.monotonic() + _SHOWN_S
+            while session.ring.head == answered_at and session.loop_alive and time.monotonic() < deadline:
+                await asyncio.sleep(_ANSWER_POLL_S)
         if self.telemetry is not None:
             self.telemetry.update()
         if answer is Answer.REFUSED:

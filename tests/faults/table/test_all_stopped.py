@@ -40,3 +40,20 @@ def test_a_run(tmp_path: Path, make: Callable[[Path], CommandBench]) -> None:
         (record,) = tmp_path.rglob("*.mcap")
         facts = read(record)[0].facts
         assert (facts["ended"], facts["valid"]) == ("fault", False)
+
+
+def test_a_rig_that_had_been_stopped_before(tmp_path: Path) -> None:
+    """The module's own watchdog took its outputs away from the safe set-points, which were written when the rig was
+    stopped and not again: the status called them seen, and the module refused every reading, and with it every reset.
+    """
+    with ModbusFaultBench(tmp_path) as bench:
+        bench.ready()
+        with bench.client() as client:
+            client.estop()
+        assert bench.is_safe
+        all_stopped(bench)
+        assert bench.wait(lambda: bench.is_safe, "the safe set-points", 5.0)
+        assert bench.fault() == "ESTOP"
+        with bench.client() as client:
+            client.reset()
+            assert client.status()["state"] == "disarmed"

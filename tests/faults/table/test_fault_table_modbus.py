@@ -28,6 +28,16 @@ def test_arming_says_what_an_operator_must_know(bench: ModbusFaultBench) -> None
     )
 
 
+def test_what_was_answered_is_known_to_the_next_request(bench: ModbusFaultBench) -> None:
+    """A start that followed an arming at once was refused now and then: "cannot start while disarmed"."""
+    for _ in range(15):
+        bench.at_rest()
+        with bench.client() as client:
+            client.arm()
+            client.start(bench.sweep, before="leave")
+            client.stop()
+
+
 @pytest.mark.parametrize("name", ["estop", "loop ended", "loop killed", "loop stopped"])
 def test_the_outputs_of_the_module_are_safe_in_time(bench: ModbusFaultBench, name: str) -> None:
     finding = try_row(bench, next(row for row in TABLE if row.name == name))

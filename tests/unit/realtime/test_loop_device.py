@@ -111,6 +111,24 @@ def test_a_safe_state_that_is_on_its_way_is_owed_and_is_no_error() -> None:
     assert [a for t, a in operator.answers if t in (45, 55)] == [Answer.NOT_READY, Answer.DONE]
 
 
+@pytest.mark.parametrize(
+    ("reads", "late"),
+    [({}, {30: 2_000_000_000}), ({at: DeviceError("scripted: refused") for at in range(30, 45)}, {})],
+    ids=["a standstill", "an outage"],
+)
+def test_what_stood_safe_may_not_after_a_standstill_or_an_outage(
+    reads: dict[int, Exception], late: dict[int, int]
+) -> None:
+    """A device's own watchdog takes its outputs elsewhere meanwhile, and may refuse everything until it is armed anew,
+    which is done with the safe state. It was written once, at the fault."""
+    device = ScriptedDevice(reads=dict(reads))
+    operator = armed_and_running({50: Request.RESET}, estop=range(20, 26))
+    _, loop = run_loop(device, operator, 60, ScriptedClock(late))
+    assert device.outputs[:-1].count("safe") >= 3, "at the start, at the stop, and after it"
+    assert loop.ring.safe.count("unseen") == 1  # type: ignore[attr-defined]
+    assert (50, Answer.DONE) in operator.answers
+
+
 class ReadsBack(ScriptedDevice):
     """One that tells what stands at its outputs, unless it was told not to."""
 
