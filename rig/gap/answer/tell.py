@@ -17,14 +17,14 @@ from rig.gap.answer.observations import told_apart, usual_of_a_simulator
 from rig.gap.answer.result import Cause, Diagnosis, Observation, Ranked
 from rig.gap.answer.where import frequency_shares, over_time, phase_shares, region_shares
 from rig.gap.hypotheses.fit import Fit
-from rig.gap.hypotheses.inverse_problems import PRESSURES
+from rig.gap.hypotheses.inverse_problems import ANGLE, PRESSURES
 from rig.gap.hypotheses.library import LIBRARY, NONE, UNKNOWN
 from rig.gap.plan.next_experiment import what_next
 from rig.gap.raw_tests.signature import Signature
 from rig.gap.records.pairs import Pairing
 from rig.gap.reference.build import commanded_gaps, from_own_zeros, rms_of
 from rig.gap.response.propagate import Applied, full_numbers
-from rig.gap.settings import ABOVE_FLOOR, EITHER_CHANCE, EVEN_CHANCE, LEAST_EXPLAINED, Fitted
+from rig.gap.settings import ABOVE_FLOOR, EITHER_CHANCE, EVEN_CHANCE, FAR, LEAST_EXPLAINED, Fitted
 from rig.record import Column
 
 IN_TURN = (
@@ -241,7 +241,7 @@ def _explained(kept: Sequence[Kept], before: float, after: float, floor: float) 
         return min((before**2 - after**2) / (before**2 - floor**2), 1.0)
     if after < before:
         return 1.0 - (after / before) ** 2
-    return max(share_closed(one.posterior, one.fit) for one in kept)
+    return 0.0 if after > FAR * floor else max(share_closed(one.posterior, one.fit) for one in kept)
 
 
 def closes_little(before: float, after: float, floor: float) -> bool:
@@ -250,20 +250,27 @@ def closes_little(before: float, after: float, floor: float) -> bool:
     return before - after < LEAST_EXPLAINED * (before - floor)
 
 
+def explains_too_little(before: float, after: float, floor: float, share: float) -> bool:
+    """Whether effects that take a gap (rms in deg) from `before` to `after` leave something unknown: where they close
+    less of it than they leave; or nothing of it, and it is large, or they not even half of what they were found on (the
+    least `share` of each)."""
+    if after < before:
+        return closes_little(before, after, floor)
+    return share < LEAST_EXPLAINED or after > FAR * floor
+
+
 def _rest(kept: Sequence[Kept], before: float, left: float, floor: float) -> list[Cause]:
-    """Something unknown that makes up the larger part of a gap, where the effects close less of it than they leave
-    (rms in deg), or where they close nothing of it and not even half of what one of them was found on."""
+    """Something unknown that makes up the larger part of a gap: see `explains_too_little`. Where nothing is closed of a
+    large one it lies behind the monitors: the pressures are explained."""
     if not kept or left <= ABOVE_FLOOR * floor:
         return []
-    if left < before:
-        first = max(kept, key=lambda one: before - one.alone_deg)
-        enough = not closes_little(before, left, floor)
-    else:
-        share, first = min(((share_closed(one.posterior, one.fit), one) for one in kept), key=lambda pair: pair[0])
-        enough = share >= LEAST_EXPLAINED
-    if enough:
+    share, weakest = min(((share_closed(one.posterior, one.fit), one) for one in kept), key=lambda pair: pair[0])
+    if not explains_too_little(before, left, floor, share):
         return []
+    first = max(kept, key=lambda one: before - one.alone_deg) if left < before else weakest
     stage, factor = first.fit.effect.stage, first.posterior.problem.name
+    if left >= before and share >= LEAST_EXPLAINED:
+        stage, factor = "joint", ANGLE
     return [Cause(UNKNOWN, stage, factor, None, {}, before, before, 0.0, (first.fit.effect.name,), EITHER_CHANCE)]
 
 

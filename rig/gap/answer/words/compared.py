@@ -5,7 +5,7 @@ from rig.gap.answer.result import Diagnosis, Interval
 from rig.gap.answer.words.sizes import degrees, percent, size
 from rig.gap.raw_tests.signature import MONITOR
 from rig.gap.reference.kinds import Kind
-from rig.gap.settings import ABOVE_FLOOR
+from rig.gap.settings import ABOVE_FLOOR, FAR
 
 SOURCES = {
     "sessions": "what the earlier days differ by",
@@ -15,9 +15,6 @@ SOURCES = {
     "simulator": "what a simulator usually misses of the rig that it was identified on",
     "sister": "what a simulator usually misses of another rig of the build",
 }
-FAR = 3.0
-"""Floors by which a model must miss the healthy rig for that to be worth a line; and from which on a gap is not called
-small, whatever is found."""
 LEAST_TOLD = 0.05
 """Part of what re-tuning closes from which on a number is told behind a move. Less: numbers that nobody needs."""
 FEW = 4

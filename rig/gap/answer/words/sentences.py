@@ -12,7 +12,6 @@ from rig.gap.answer.facts import RAW, Link, Verdict
 from rig.gap.answer.observations import USUAL
 from rig.gap.answer.result import Cause, Diagnosis, Interval, Observation
 from rig.gap.answer.words.compared import (
-    FAR,
     FEW,
     SOURCES,
     absorbed,
@@ -33,7 +32,7 @@ from rig.gap.offered import VALVES
 from rig.gap.plan.experiment import Experiment
 from rig.gap.raw_tests.signature import MONITOR
 from rig.gap.reference.kinds import Kind
-from rig.gap.settings import EVEN_CHANCE
+from rig.gap.settings import EVEN_CHANCE, FAR
 
 AS_MUCH = 0.05
 """Shares of the error that differ by less than this are told as the same."""

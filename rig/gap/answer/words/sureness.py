@@ -24,7 +24,7 @@ def _otherwise(diagnosis: Diagnosis) -> str:
     if diagnosis.confidence > SURE:
         return ""
     rivals = [
-        ({NONE: "nothing at all", UNKNOWN: "something unknown"}.get(name, noun_of(name)), chance)
+        ({NONE: _nothing(diagnosis, factor), UNKNOWN: "something unknown"}.get(name, noun_of(name)), chance)
         for factor, one in diagnosis.evidence.factors.items()
         for name, chance in one.probability.items()
         if name not in _answered(diagnosis, factor)
@@ -35,9 +35,15 @@ def _otherwise(diagnosis: Diagnosis) -> str:
         if one.unknown_beside < EVEN_CHANCE
     ]
     what, chance = max(rivals, key=lambda rival: rival[1], default=("", 0.0))
-    if chance >= WORTH * (1.0 - diagnosis.confidence):
-        return f"; {percent(chance)} are for {what}"
+    rest = 1.0 - diagnosis.confidence
+    if chance >= WORTH * rest:
+        return f"; {percent(min(chance, rest))} are for {what}"
     return "; the notes say what it may be otherwise" if diagnosis.notes else ""
+
+
+def _nothing(diagnosis: Diagnosis, factor: str) -> str:
+    """That nothing acts on a factor, beside what the answer says of the other one."""
+    return "nothing more" if any(cause.judged_on != factor for cause in diagnosis.causes) else "nothing at all"
 
 
 def _answered(diagnosis: Diagnosis, factor: str) -> set[str]:

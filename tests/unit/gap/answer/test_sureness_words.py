@@ -41,3 +41,15 @@ def test_what_is_answered_is_no_rival_of_itself() -> None:
     gain = cause("sensor_gain", "angle", gain=(0.01, 0.005, 0.015, "1"))
     made = replace(told(gain), confidence=0.31, evidence=seen)
     assert answers(made)["How sure:"].endswith("(verdict: explained); 32 % are for nothing at all.")
+
+
+def test_what_a_rival_is_given_is_no_more_than_what_is_left() -> None:
+    """Half for something unknown that has no probability of its own: the angle's 0.93 for nothing stood there."""
+    seen = Evidence({
+        "pressures": Judged(0.01, 0.001, "MPa", True, {"none": 0.0, "valve_gain": 1.0}, [], 0.0, {}),
+        "angle": Judged(0.9, 0.2, "deg", False, {"none": 0.93, "delay": 0.07}, [], 0.0, {}),
+    })  # fmt: skip
+    gain = cause("valve_gain", "pressures", gain=(0.02, 0.015, 0.025, "1"))
+    made = told(gain, cause("unknown", "angle"), verdict="partly_explained")
+    said = answers(replace(made, confidence=0.45, evidence=seen))["How sure:"]
+    assert said.endswith("(verdict: partly explained); 55 % are for nothing more.")

@@ -8,10 +8,10 @@ from support.plants.gap_rigs import asked, names, session
 
 from rig.gap.answer.consistency import contradictions
 from rig.gap.answer.facts import Verdict
-from rig.gap.answer.tell import closes_little
+from rig.gap.answer.tell import closes_little, explains_too_little
 from rig.gap.answer.words.sentences import headline
 from rig.gap.hypotheses.library import UNKNOWN
-from rig.gap.settings import ABOVE_FLOOR, EITHER_CHANCE
+from rig.gap.settings import ABOVE_FLOOR, EITHER_CHANCE, FAR
 from rig.model.parameters import AddedEffect
 from rig.record import Record
 
@@ -49,3 +49,20 @@ def test_what_is_unknown_by_itself_is_a_finding_where_it_is_above_the_floor(size
 def test_what_closes_less_than_half_of_a_gap_does_not_explain_it(after_deg: float, little: bool) -> None:
     """Of 3 deg above a floor of 1: half is at 2."""
     assert closes_little(3.0, after_deg, 1.0) is little
+
+
+@pytest.mark.parametrize(
+    ("before_deg", "after_deg", "share", "too_little"),
+    [
+        (3.0, 1.9, 0.1, False),
+        (FAR - 0.1, FAR - 0.1, 0.9, False),
+        (FAR - 0.1, FAR - 0.1, 0.4, True),
+        (FAR + 0.1, FAR + 0.1, 0.9, True),
+    ],
+    ids=["closes most", "the pressures are explained", "half of them are not", "a large gap stays as it was"],
+)
+def test_what_closes_nothing_of_a_large_gap_does_not_explain_it(
+    before_deg: float, after_deg: float, share: float, too_little: bool
+) -> None:
+    """Above a floor of 1. A valve's gain, 2 % of the pressures, passed for all of an angle that was four floors off."""
+    assert explains_too_little(before_deg, after_deg, 1.0, share) is too_little
