@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 from support.records.mcap_files import contents
+from support.run_command import until
 from support.scripted import program
 
 from rig.app import compose
@@ -70,8 +71,13 @@ def stands(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return gate
 
 
+def await_file(path: Path) -> None:
+    """Until the recorder has begun one: a machine that is busy takes longer than a clock that is let run."""
+    until(path.with_name(f"{path.name}.partial").exists)
+
+
 def run_to_its_end(path: Path) -> Session:
-    """A session whose loop has ended, and whose recorder has written nothing yet."""
+    """A session whose loop has ended, and whose recorder has begun a file and written nothing yet."""
     session, made = Session(loop_process, compose.load(None), virtual=True), program()
     session.open([made], scripted=True)
     facts = {"period_ns": 5_000_000, "clock": "virtual"}
@@ -79,6 +85,7 @@ def run_to_its_end(path: Path) -> Session:
     session.go()
     assert session.loop is not None
     session.loop.join()
+    await_file(path)
     return session
 
 
@@ -145,6 +152,7 @@ def test_a_run_whose_disk_was_given_up_says_where_its_rest_lies(
     clock = Clock(monkeypatch)
 
     def over(_: Session, interrupted: bool) -> str:
+        await_file(tmp_path / "out" / "a.mcap")
         clock.run()
         return ""
 
