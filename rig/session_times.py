@@ -2,7 +2,7 @@
 runs through all of them, or by the numbers in their files' names."""
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from datetime import date, datetime, time
 from typing import Final
 
@@ -27,7 +27,7 @@ _NUMBER: Final = re.compile(r"(\d{1,4})(?=[_\- ]|\.(?!\d)|$)")
 def begun_s(records: Sequence[Record]) -> Column:
     """(r,) seconds after the first began; all 0 where nobody says, where two of them ran at one time, or where they are
     of no single session. Files that are only numbered began as soon as the one before was over."""
-    begun = next(_by_their_times(records), None)
+    begun = _by_their_times(records)
     if begun is None:
         begun = _by_their_numbers(records)
     return np.zeros(len(records)) if begun is None else begun
@@ -35,18 +35,17 @@ def begun_s(records: Sequence[Record]) -> Column:
 
 def are_numbered(records: Sequence[Record]) -> bool:
     """Whether their order is known by the numbers of their files alone, and no time."""
-    return next(_by_their_times(records), None) is None and _by_their_numbers(records) is not None
+    return _by_their_times(records) is None and _by_their_numbers(records) is not None
 
 
-def _by_their_times(records: Sequence[Record]) -> Iterator[Column]:
-    """(r,) seconds, by each clock that tells a session, the best first."""
+def _by_their_times(records: Sequence[Record]) -> Column | None:
+    """(r,) seconds by the best of the clocks that tell a session; None where none does."""
     dates = _from_the_first([_since_an_epoch_s(record) for record in records])
     by_loop = _by_one_loop(records)
     somebody_set_it = dates is not None and by_loop is not None and np.max(np.abs(by_loop - dates)) > _SET_S
     files_own = _from_the_first([_first_time_s(record) for record in records])
-    for begun in (by_loop if somebody_set_it else None, dates, files_own):
-        if begun is not None and _is_a_session(begun, records):
-            yield begun
+    told = (by_loop if somebody_set_it else None, dates, files_own)
+    return next((begun for begun in told if begun is not None and _is_a_session(begun, records)), None)
 
 
 def _from_the_first(times_s: Sequence[float | None]) -> Column | None:

@@ -5,7 +5,7 @@ import json
 import math
 import shlex
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -32,6 +32,13 @@ class Number(click.FloatRange):
         if not math.isfinite(number):
             self.fail(f"{value} is no finite number; allowed: {self._allowed}", param, ctx)
         return number
+
+
+def with_options(command: F, options: Sequence[Callable[[F], F]]) -> F:
+    """The command with these options and arguments, listed by its help in this order."""
+    for option in reversed(options):  # the last one applied stands first in the help
+        command = option(command)
+    return command
 
 
 def json_option(command: F) -> F:

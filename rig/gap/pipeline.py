@@ -94,7 +94,7 @@ def answer(question: Question) -> tuple[Diagnosis, Grounds]:
     refit = None
     if simulator is not None and not question.kind.by_days:  # what has changed is no matter of the simulator's
         changes = {name: fit.change for name, fit in posteriors[-1].fits.items()}
-        refit = retune(simulator, expected.pairs, expected.driven, changes, zeroed=expected.zeroed)
+        refit = retune(simulator, expected.pairs, expected.driven, changes)
     grounds = Grounds(simulator, expected, posteriors)
 
     def after(causes: Sequence[tuple[str, Fit]]) -> HowFar:
@@ -121,8 +121,8 @@ def weigh(question: Question) -> tuple[list[Signature], Expected, tuple[Posterio
     RecordError and ModelError as `answer`."""
     effects = chosen(question.library)
     pairing = _paired(question, question.records, question.days)
-    span_deg = float(np.ptp(np.concatenate([pair.case.angle_deg for pair in pairing.pairs])))
-    noise = known_noise(question.kind, question.model, question.settings.noise, span_deg)
+    angles = [pair.case.angle_deg for pair in pairing.pairs]
+    noise = known_noise(question.kind, question.model, question.settings.noise, angles)
     signatures = _named_only(read_signatures(pairing.pairs, noise), effects)
     step_deg, code = code_found(signatures)
     lost = any(signature.found and signature.effect == "lost_samples" for signature in signatures)

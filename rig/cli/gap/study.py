@@ -5,14 +5,21 @@ further)."""
 from collections.abc import Callable
 from math import exp
 from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
 from rig.app.terminal import console
-from rig.cli.common import emit, json_option, left_out_option
+from rig.cli.common import emit, json_option, left_out_option, with_options
 from rig.cli.gap.options import families_option, html_option, page_option, path_type, workers_option
 from rig.cli.outputs import Group, output_option
 from rig.outputs import OutputKind
+
+if TYPE_CHECKING:
+    from rig.app.gap.levels import FittingPlan
+    from rig.gap.settings import Fitted
+
+F = TypeVar("F")
 
 
 @click.group(cls=Group, short_help="Studies of the diagnosis itself, for who builds on it.")
@@ -144,9 +151,42 @@ def _fitted_on_checks(command: Callable[..., None]) -> Callable[..., None]:
         output_option(OutputKind.LEVELS, "Where the levels go.", required=True, metavar="FILE.yaml"),
         json_option,
     )
-    for option in reversed(options):
-        command = option(command)
-    return command
+    return with_options(command, options)
+
+
+def _fitted_on_plants(command: Callable[..., None]) -> Callable[..., None]:
+    """The options of a command that fits to healthy days of simulated plants."""
+    options = (
+        families_option,
+        left_out_option("Families to leave out, to be judged by them. Repeatable."),
+        click.option("--units", type=click.IntRange(1), default=4, show_default=True, help="Units of each family."),
+        click.option(
+            "--seed", type=click.IntRange(0), default=302, show_default=True, help="Seed of the development units."
+        ),
+        priors_option,
+        workers_option,
+        output_option(OutputKind.LEVELS, "Where the levels go.", required=True, metavar="FILE.yaml"),
+        json_option,
+    )
+    return with_options(command, options)
+
+
+def _fit_on_plants(
+    fit: "Callable[[Fitted, FittingPlan, Callable[[int], None]], tuple[Fitted, F]]", output: Path,
+    families: tuple[str, ...], left_out: tuple[str, ...], units: int, seed: int, priors: Path | None,
+    workers: int | None,
+) -> F:  # fmt: skip
+    """What is fitted by those options, after it is written with the levels to `output`."""
+    from rig.app.gap.levels import FittingPlan, known_families, write
+    from rig.app.terminal import progress
+    from rig.gap.settings import PRIORS, fitted
+
+    plan = FittingPlan(known_families(families, left_out), units, seed, workers)
+    total = units * len(plan.families)
+    with progress("rigs", total) as update:
+        levels, found = fit(fitted(priors or PRIORS), plan, lambda done: update(done, f"{done} of {total}"))
+    write(levels, output)
+    return found
 
 
 @study.command(short_help="Fit intervals of sizes, and of what is left of a gap.")
@@ -216,68 +256,34 @@ def odds(
 
 
 @study.command(short_help="Fit what simulators usually lack of healthy rigs.")
-@families_option
-@left_out_option("Families to leave out, to be judged by them. Repeatable.")
-@click.option("--units", type=click.IntRange(1), default=4, show_default=True, help="Units of each family.")
-@click.option("--seed", type=click.IntRange(0), default=302, show_default=True, help="Seed of the development units.")
-@priors_option
-@workers_option
-@output_option(OutputKind.LEVELS, "Where the levels go.", required=True, metavar="FILE.yaml")
-@json_option
-def usual(
-    families: tuple[str, ...], left_out: tuple[str, ...], units: int, seed: int, priors: Path | None,
-    workers: int | None, output: Path, json_to: str | None,
-) -> None:  # fmt: skip
+@_fitted_on_plants
+def usual(output: Path, json_to: str | None, **asked: Any) -> None:
     """Fit how much of which effects a simulator usually lacks of a healthy rig (regulators that hold a little, some
     mass), on simulated plants, and write it with the levels.
 
     As much of them is no gap where nothing but a simulator stands for the rig.
     """
-    from rig.app.gap.levels import FittingPlan, known_families, write
     from rig.app.gap.study.usual import with_usual
-    from rig.app.terminal import progress
     from rig.config import unstructure
-    from rig.gap.settings import PRIORS, fitted
 
-    plan = FittingPlan(known_families(families, left_out), units, seed, workers)
-    total = units * len(plan.families)
-    with progress("rigs", total) as update:
-        levels, found = with_usual(fitted(priors or PRIORS), plan, lambda done: update(done, f"{done} of {total}"))
-    write(levels, output)
+    found = _fit_on_plants(with_usual, output, **asked)
     each = [] if found is None else [f"{effect} {scale:.2g}" for effect, scale in found.scales.items()]
     console(json_to).print(f"{output}: {', '.join(each) or 'nothing'} (floors of the angle, rms)")
     emit({} if found is None else unstructure(found), json_to)
 
 
 @study.command(short_help="Fit the noise that healthy rigs usually have.")
-@families_option
-@left_out_option("Families to leave out, to be judged by them. Repeatable.")
-@click.option("--units", type=click.IntRange(1), default=4, show_default=True, help="Units of each family.")
-@click.option("--seed", type=click.IntRange(0), default=302, show_default=True, help="Seed of the development units.")
-@priors_option
-@workers_option
-@output_option(OutputKind.LEVELS, "Where the levels go.", required=True, metavar="FILE.yaml")
-@json_option
-def noise(
-    families: tuple[str, ...], left_out: tuple[str, ...], units: int, seed: int, priors: Path | None,
-    workers: int | None, output: Path, json_to: str | None,
-) -> None:  # fmt: skip
+@_fitted_on_plants
+def noise(output: Path, json_to: str | None, **asked: Any) -> None:
     """Fit how much broadband noise the angle of a healthy rig usually has, on simulated plants, and write it with the
     levels.
 
     A simulator tells of none: louder noise than that is something that it lacks.
     """
-    from rig.app.gap.levels import FittingPlan, known_families, write
     from rig.app.gap.study.noise import with_noise
-    from rig.app.terminal import progress
     from rig.config import unstructure
-    from rig.gap.settings import PRIORS, fitted
 
-    plan = FittingPlan(known_families(families, left_out), units, seed, workers)
-    total = units * len(plan.families)
-    with progress("rigs", total) as update:
-        levels, found = with_noise(fitted(priors or PRIORS), plan, lambda done: update(done, f"{done} of {total}"))
-    write(levels, output)
+    found = _fit_on_plants(with_noise, output, **asked)
     console(json_to).print(
         f"{output}: {100 * found.share:.2g} % of the angle's span, at least of {found.span_deg:.2g} deg, to within a "
         f"factor of {exp(found.spread):.2g}"

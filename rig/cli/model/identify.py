@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, TypeVar, cast
 import click
 
 from rig.app.terminal import console
-from rig.cli.common import Number, emit, json_option
+from rig.cli.common import Number, emit, json_option, with_options
 from rig.cli.outputs import Command, Output, output_option
 from rig.outputs import OutputKind
 
@@ -57,9 +57,7 @@ def _shared(command: Any) -> Any:
         click.option("--figures", type=Output(OutputKind.FOLDER), metavar="DIR", help="Folder for figures and tables."),
         json_option,
     )
-    for option in reversed(options):  # the last one applied stands first in the help
-        command = option(command)
-    return command
+    return with_options(command, options)
 
 
 @click.command(cls=Command)

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from rig.gap.answer.chain import chain
-from rig.gap.answer.facts import RAW_DATA, Gap, Verdict, Where
+from rig.gap.answer.facts import RAW_DATA, SIGNATURE, Gap, Verdict, Where
 from rig.gap.answer.findings import Findings, Kept, evidence_of
 from rig.gap.answer.floor import floor_of, floor_source
 from rig.gap.answer.how_far.further import Shrunk, further
@@ -51,11 +51,11 @@ def tell(findings: Findings, after: Callable[[Sequence[tuple[str, Fit]]], HowFar
     rest = [] if suspected else _rest(kept, before, left, floor)
     unknowns = [*(one for one in suspected if one not in small), *rest]
     in_samples = told_apart(findings.signatures, findings.expected, before, bool(kept or unknowns))
-    raw = [_doubted(findings.expected.pairing, cause) for cause in in_samples.causes]
     nameless = Cause(UNKNOWN, "sensor", RAW_DATA, None, {}, before, before, 0.0, (), EITHER_CHANCE)
     strange = [nameless for _ in _strange(findings)]
-    causes = [*_causes(findings, kept, before, far, added), *raw, *unknowns, *strange]
+    causes = [*_causes(findings, kept, before, far, added), *in_samples.causes, *unknowns, *strange]
     causes = [_doubted(findings.expected.pairing, cause) for cause in causes]
+    raw = [cause for cause in causes if cause.judged_on == SIGNATURE]
     if raw and len(raw) == len(causes):  # the gap is told where it was found: smoothed, it is hardly any
         before, left = _gap_of_samples(raw)
     low, high = _further(kept, before, floor, far, findings.settings) if added else (left, left)

@@ -55,8 +55,7 @@ class _Samples:
     ) -> None:
         self._model, self._commands, self._noise_deg = model, commands, noise_deg
         self._before = [self._day(100)] if kind.by_days else []
-        span_deg = max(float(np.ptp(angle)) for angle in angles_of(self._day(100)))
-        self._known = known_noise(kind, model, usual, span_deg)
+        self._known = known_noise(kind, model, usual, angles_of(self._day(100)))
 
     def found(self, effect: Effect, size: float) -> bool:
         """Whether the tests find it by its name on every day that is drawn."""

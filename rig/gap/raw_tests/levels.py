@@ -16,6 +16,12 @@ def angles_of(records: Sequence[Record]) -> list[Column]:
     return [record.angle_deg for record in records if record.angle_deg is not None]
 
 
+def span(columns: Sequence[Column]) -> float:
+    """From the lowest to the highest value of all columns, in their unit."""
+    every = np.concatenate(list(columns))
+    return float(np.nanmax(every) - np.nanmin(every))
+
+
 def high_rms(angle_deg: Column) -> float:
     """Rms of white noise (deg) that would have these second differences."""
     second = np.diff(angle_deg, 2)

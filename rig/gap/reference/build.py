@@ -32,7 +32,7 @@ from rig.model.parameters import Input, Model
 from rig.model.response.fingerprint_check import fingerprint_trouble
 from rig.model.response.model import ResponseModel, response_of
 from rig.model.simulation import simulate
-from rig.record import ZERO_FACT, Column
+from rig.record import Column
 
 AUTO = "auto"
 MEAN = "mean pressure"
@@ -84,7 +84,7 @@ class Expected:
     def zeroed(self) -> bool:
         """The angle at rest was taken for zero at the start of each record: whatever turns the joint there, a fault of
         the valves or a play, is not in the records, and no reference knows by how much."""
-        return all(pair.raw.facts.get(ZERO_FACT) for pair in self.pairs)
+        return all(pair.zeroed for pair in self.pairs)
 
     @property
     def pairs(self) -> list[Pair]:

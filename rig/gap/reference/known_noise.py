@@ -1,17 +1,22 @@
 """What a reference without earlier days knows of the noise of the rig's angle: louder noise is a finding."""
 
 import math
+from collections.abc import Sequence
 
+from rig.gap.raw_tests.levels import span
 from rig.gap.raw_tests.noise import KnownNoise
 from rig.gap.reference.kinds import Kind
 from rig.gap.settings import UsualNoise
 from rig.model.parameters import Model
+from rig.record import Column
 
 _STAGE, _SIZE = "sensor_noise", "std_deg"
 
 
-def known_noise(kind: Kind, model: Model | None, usual: UsualNoise | None, span_deg: float) -> KnownNoise | None:
-    """A fingerprint's own; beside a simulator what rigs usually have over such a span of the angle, with what the
+def known_noise(
+    kind: Kind, model: Model | None, usual: UsualNoise | None, angles: Sequence[Column]
+) -> KnownNoise | None:
+    """A fingerprint's own; beside a simulator what rigs usually have over the span of such angles (deg), with what the
     simulator has of its own. None where neither is known."""
     if model is None or kind.by_days:
         return None
@@ -21,4 +26,4 @@ def known_noise(kind: Kind, model: Model | None, usual: UsualNoise | None, span_
     if usual is None:
         return None
     own_deg = math.hypot(*(one.parameters[_SIZE] for one in model.effects if one.effect == _STAGE))
-    return KnownNoise(math.hypot(usual.level_deg(span_deg), own_deg), usual.spread)
+    return KnownNoise(math.hypot(usual.level_deg(span(angles)), own_deg), usual.spread)

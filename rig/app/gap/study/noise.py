@@ -9,7 +9,7 @@ import numpy as np
 from hil.reference.cases import Case
 from rig.app.gap.levels import FittingPlan, days_of, first_cases, origin, reported
 from rig.gap.calibrate import wider_for_another
-from rig.gap.raw_tests.levels import angles_of
+from rig.gap.raw_tests.levels import angles_of, span
 from rig.gap.raw_tests.noise import noise_beside_the_motion
 from rig.gap.settings import Fitted, UsualNoise
 from rig.parallel import executor
@@ -28,8 +28,7 @@ def with_noise(
     levels: Fitted, plan: FittingPlan, report: Callable[[int], None] = lambda done: None
 ) -> tuple[Fitted, UsualNoise]:
     """The levels with the noise of these families' rigs; `report` is told how many rigs are done."""
-    sheets = [first_cases(name, plan) for name in plan.families]
-    rigs = [case for sheet in sheets for case in sheet]
+    rigs = [case for name in plan.families for case in first_cases(name, plan)]
     with executor(None, plan.workers) as pool:
         heard = list(reported(pool.map(_of_rig, rigs), report, 0))
     found = fit_noise(
@@ -58,5 +57,4 @@ def _of_rig(case: Case) -> HeardNoise:
 def heard_noise(day: Sequence[Record]) -> HeardNoise:
     """Of some records of one rig."""
     angles = angles_of(day)
-    span_deg = max(float(np.nanmax(angle)) for angle in angles) - min(float(np.nanmin(angle)) for angle in angles)
-    return HeardNoise(noise_beside_the_motion(day, angles, without_repeats=False), span_deg)
+    return HeardNoise(noise_beside_the_motion(day, angles, without_repeats=False), span(angles))

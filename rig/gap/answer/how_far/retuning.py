@@ -74,8 +74,7 @@ class Refit:
 def retuned_model(model: Model, expected: Expected) -> Model:
     """`model` with its own parameters fitted again to the records, and a word on that; ModelError where it runs away
     under them."""
-    simulator, pressures = at_rest(model, expected.pairing), expected.pairing.pressures
-    found = retune(simulator, expected.pairs, pressures, zeroed=expected.zeroed)
+    found = retune(at_rest(model, expected.pairing), expected.pairs, expected.pairing.pressures)
     if found is None:
         raise ModelError(
             "--retuned: the simulator runs away under these records, or has no parameters of "
@@ -86,24 +85,18 @@ def retuned_model(model: Model, expected: Expected) -> Model:
 
 
 def retune(
-    model: Model,
-    pairs: Sequence[Pair],
-    pressures: bool,
-    changes: Mapping[str, Column] | None = None,
-    *,
-    zeroed: bool = False,
+    model: Model, pairs: Sequence[Pair], pressures: bool, changes: Mapping[str, Column] | None = None
 ) -> Refit | None:
     """The simulator fitted again to these records; None where it runs away under them or has no parameters to fit.
 
-    `zeroed`: each record took its own zero, so that the mean of its error is none (`Expected.zeroed`). `changes`: what
-    each effect, as it fits best, changes in the angle of all pairs, deg; (n,) one after the other.
+    `changes`: what each effect, as it fits best, changes in the angle of all pairs, deg; (n,) one after the other.
     """
     names = _tuned(model)
     if not names:
         return None
     scales = np.array([_scale(model.stages()[slot].parameters[name], name) for slot, name in names])
     start = np.array([model.stages()[slot].parameters[name].value for slot, name in names])
-    errors = _Errors(model, names, start, scales, pairs, pressures, zeroed)
+    errors = _Errors(model, names, start, scales, pairs, pressures)
     as_it_is = errors.weighed(np.zeros(len(names)))
     before = errors.angle_ms(as_it_is)
     if not np.isfinite(before).all():
@@ -218,10 +211,11 @@ class _Errors:
         scales: Column,
         pairs: Sequence[Pair],
         pressures: bool,
-        zeroed: bool,
     ) -> None:
         self._made: Callable[[Column], Model] = lambda x: _with(model, names, start + scales * x)
-        self._pairs, self._pressures, self._zeroed = pairs, pressures, zeroed
+        self._pairs, self._pressures = pairs, pressures
+        self._zeroed = all(pair.zeroed for pair in pairs)
+        """The mean of a record's error is none: each took its own zero."""
         angle = np.concatenate([pair.case.angle_deg for pair in pairs])
         self._angle_unit = 0.01 * max(float(np.ptp(angle)), 1e-3)
         pressure = np.concatenate([pair.case.p1_mpa for pair in pairs if pair.case.p1_mpa is not None] or [np.zeros(1)])
