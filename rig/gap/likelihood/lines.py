@@ -1,12 +1,14 @@
 """Columns over time as cosine lines of each record: where noise is nearly independent from line to line.
 
 A record of n rows becomes its orthonormal DCT-II up to a top frequency: a record's start and end need not meet, as a
-Fourier transform would ask. No statistics and no physics here.
+Fourier transform would ask. The transform runs over a few rows more, nothing measured there, where n itself has a large
+prime factor: it would take up to twenty times as long (docs/decisions/0648). No statistics and no physics here.
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import cache, cached_property, lru_cache
+from itertools import count as counted_from
 from itertools import groupby
 
 import numpy as np
@@ -17,6 +19,10 @@ from rig.smoothing import smoothed
 
 Places = np.typing.NDArray[np.intp]
 Spectra = np.typing.NDArray[np.complex128]
+
+
+FAST_FACTORS = (2, 3, 5, 7, 11)
+"""Prime factors of a length that numpy's transform is fast at: it has a routine for each."""
 
 
 @kernel(nogil=True)
@@ -55,16 +61,26 @@ class Lines:
     top_hz: float
 
     @cached_property
+    def _lengths(self) -> tuple[int, ...]:
+        """Rows of each record's transform."""
+        return tuple(fast_length(n) for n in self.rows)
+
+    @cached_property
+    def _seconds(self) -> tuple[float, ...]:
+        """What each of these transforms spans."""
+        return tuple(n * dt for n, dt in zip(self._lengths, self.dt_s, strict=True))
+
+    @cached_property
     def counts(self) -> tuple[int, ...]:
-        """Lines of each record: the k-th lies at k / (2 T) of a record that lasts T."""
-        return tuple(min(n, int(2.0 * n * dt * self.top_hz) + 1) for n, dt in zip(self.rows, self.dt_s, strict=True))
+        """Lines of each record: the k-th lies at k / (2 T) of a transform that spans T."""
+        each = zip(self._lengths, self._seconds, strict=True)
+        return tuple(min(n, int(2.0 * seconds * self.top_hz) + 1) for n, seconds in each)
 
     @cached_property
     def frequency_hz(self) -> Column:
         """(l,) of every line."""
-        return np.concatenate(
-            [np.arange(count) / (2.0 * n * dt) for count, n, dt in zip(self.counts, self.rows, self.dt_s, strict=True)]
-        )
+        each = zip(self.counts, self._seconds, strict=True)
+        return np.concatenate([np.arange(count) / (2.0 * seconds) for count, seconds in each])
 
     @cached_property
     def record(self) -> "np.typing.NDArray[np.intp]":
@@ -79,27 +95,29 @@ class Lines:
     def beside(self, width_hz: float) -> float:
         """How many lines a blur of this width (Gaussian, standard deviation) averages over: 1 / sum of its squared
         weights."""
-        seconds = float(np.mean([n * dt for n, dt in zip(self.rows, self.dt_s, strict=True)]))
+        seconds = float(np.mean(self._seconds))
         return 2.0 * float(np.sqrt(np.pi)) * max(2.0 * seconds * width_hz, 0.5)
 
     @cached_property
-    def _alike(self) -> list[tuple[int, int, float, int]]:
-        """How many records of one length follow one another, their rows, period and lines: one transform serves all."""
-        return [
-            (len(list(those)), *kind) for kind, those in groupby(zip(self.rows, self.dt_s, self.counts, strict=True))
-        ]
+    def _alike(self) -> list[tuple[int, float, int]]:
+        """How many records that span the same seconds follow one another, those, and their lines: one blur serves
+        all."""
+        return [(len(list(those)), *kind) for kind, those in groupby(zip(self._seconds, self.counts, strict=True))]
 
     @cached_property
     def _places(self) -> list[tuple[Places, Column, Places, Column]]:
-        """For all records of one length and period: their rows (r, n), the even ones first and then the odd ones
-        backwards, whether they were measured (r, n), their lines (r, count) and what makes those of a transform."""
+        """For all records of one length and period: their transform's rows (r, n), the even ones first and then the odd
+        ones backwards, whether they were measured (r, n), their lines (r, count) and what makes those of a
+        transform."""
         first_row, first_line = np.cumsum((0, *self.rows)), self.ends
-        found = []
-        for n, count in dict.fromkeys(zip(self.rows, self.counts, strict=True)):
-            own = [k for k, kind in enumerate(zip(self.rows, self.counts, strict=True)) if kind == (n, count)]
+        kinds, found = list(zip(self.rows, self.counts, strict=True)), []
+        for kind in dict.fromkeys(kinds):
+            own = [k for k, other in enumerate(kinds) if other == kind]
+            (has, count), n = kind, fast_length(kind[0])
             order = np.concatenate([np.arange(0, n, 2), np.arange(1, n, 2)[::-1]])
-            rows = first_row[own][:, None] + order
-            found.append((rows, self.used[rows], first_line[own][:, None] + np.arange(count), _turns(n, count)))
+            rows = first_row[own][:, None] + np.minimum(order, has - 1)
+            used = self.used[rows] * (order < has)
+            found.append((rows, used, first_line[own][:, None] + np.arange(count), _turns(n, count)))
         return found
 
     def of(self, columns: Column) -> Column:
@@ -125,13 +143,27 @@ class Lines:
     def blurred(self, powers: Column, width_hz: float, share_all: float) -> Column:
         """`envelope` of (l,) powers."""
         parts, start = [], 0
-        for records, n, dt, count in self._alike:
+        for records, seconds, count in self._alike:
             power = powers[start : start + records * count].reshape(records, count)
-            width = max(width_hz * 2.0 * n * dt, 0.5)
+            width = max(width_hz * 2.0 * seconds, 0.5)
             near = np.array([smoothed(one, width) for one in power])
             parts.append(((1.0 - share_all) * near + share_all * power.mean(axis=1, keepdims=True)).ravel())
             start += records * count
         return np.concatenate(parts)
+
+
+@cache
+def fast_length(rows: int) -> int:
+    """The least length of at least so many rows whose prime factors are all of FAST_FACTORS."""
+    return next(n for n in counted_from(rows) if _beyond_fast(n) == 1)
+
+
+def _beyond_fast(n: int) -> int:
+    """What is left of n without its FAST_FACTORS."""
+    for factor in FAST_FACTORS:
+        while n % factor == 0:
+            n //= factor
+    return n
 
 
 @lru_cache
