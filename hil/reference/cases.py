@@ -95,6 +95,8 @@ class Case:
     against: str = DAYS
     """What its gap is measured by: what days differ by, or what sisters do (for a simulator that was made for another
     rig)."""
+    own_zero: bool = False
+    """Each record counts the angle from where the joint rested before it."""
 
     @property
     def unit(self) -> int:
@@ -102,8 +104,12 @@ class Case:
         return self.number // CASES_PER_UNIT
 
     def label(self) -> dict[str, Any]:
-        """The case as plain data for sealing."""
-        return asdict(self) | {"purpose": self.purpose.value, "kind": self.kind.value}
+        """The case as plain data for sealing; what was not asked for before it could be is not said, so that the
+        labels of earlier checks stay what they were."""
+        plain = asdict(self) | {"purpose": self.purpose.value, "kind": self.kind.value}
+        if not self.own_zero:
+            del plain["own_zero"]
+        return plain
 
 
 @dataclass(frozen=True)
@@ -155,6 +161,7 @@ def draw_sheet(
     family_name: str = NAMES[0],
     known: Sequence[str] | None = None,
     against: str = DAYS,
+    own_zero: bool = False,
 ) -> list[Case]:
     """n cases in an order that tells nothing; the same arguments give the same sheet.
 
@@ -176,10 +183,11 @@ def draw_sheet(
     }
     rows = [(kind, next(drawn[kind])) for kind in kinds]
     order = random.permutation(n)
-    return [
+    cases = [
         _draw_case(purpose, seed, number, *rows[int(order[number])], (family_name, against), random)
         for number in range(n)
     ]
+    return [replace(case, own_zero=own_zero) for case in cases]
 
 
 def draw_bench(chosen: Family, plant: Unit, random: Generator) -> Bench:
@@ -214,14 +222,14 @@ def draw_bench(chosen: Family, plant: Unit, random: Generator) -> Bench:
 
 
 @lru_cache(maxsize=4)
-def _bench(purpose: Purpose, branch: tuple[str, str], seed: int, number: int) -> Bench:
-    random, chosen = _random(purpose, branch, seed, 1, number), family(branch[0])
+def _bench(purpose: Purpose, branch: tuple[str, str], seed: int, number: int, own_zero: bool) -> Bench:
+    random, chosen = _random(purpose, branch, seed, 1, number), family(branch[0], own_zero)
     return draw_bench(chosen, chosen.make(int(random.integers(2**31))), random)
 
 
 def bench_of(case: Case) -> Bench:
     """The unit and its baselines on which the case is recorded."""
-    return _bench(case.purpose, (case.family, case.against), case.seed, case.unit)
+    return _bench(case.purpose, (case.family, case.against), case.seed, case.unit, case.own_zero)
 
 
 def record_day(

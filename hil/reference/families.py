@@ -22,6 +22,7 @@ from hil.reference.disturbance import Disturbance, merged
 from hil.reference.effect_law import EffectLaw
 from hil.reference.excitations import Excitation
 from hil.reference.names import NAMES, STEPPED
+from hil.reference.own_zero import OwnZero
 from hil.reference.plant import Build, PlantDay, make_plant
 from rig.errors import RigError
 
@@ -56,7 +57,8 @@ class Unit(Protocol):
         disturbance: Disturbance | None = None,
         noise_seed: int = 0,
     ) -> Columns:
-        """One record: columns t_s, p1_cmd_mpa, p2_cmd_mpa, dp_cmd_mpa, p1_mpa, p2_mpa, angle_deg, each of shape (n,).
+        """One record: columns t_s, p1_cmd_mpa, p2_cmd_mpa, dp_cmd_mpa, p1_mpa, p2_mpa, angle_deg, each of shape (n,),
+        and angle_zero_deg where the record took its own zero.
 
         Set-points are gauge MPa, one a period, held; reading k is taken as set-point k is sent. The same arguments give
         the same record. RigError when the joint runs away (a disturbance far outside its range).
@@ -72,6 +74,8 @@ class Family:
     """Effects that a library may hold, by the names of the library."""
     foreign: Mapping[str, EffectLaw]
     """Effects that no library holds."""
+    own_zero: bool = False
+    """Each record of its units counts the angle from where the joint rested before it."""
 
     @property
     def name(self) -> str:
@@ -85,7 +89,8 @@ class Family:
 
     def make(self, seed: int) -> Unit:
         """The unit of that number."""
-        return make_plant(self.build, seed)
+        plant = make_plant(self.build, seed)
+        return OwnZero(plant) if self.own_zero else plant
 
     @property
     def laws(self) -> dict[str, EffectLaw]:
@@ -93,12 +98,12 @@ class Family:
         return {**self.effects, **self.foreign}
 
 
-def family(name: str) -> Family:
-    """The family of that name; RigError when there is none."""
+def family(name: str, own_zero: bool = False) -> Family:
+    """The family of that name, its records counted from zeros of their own or not; RigError when there is none."""
     if name not in NAMES:
         raise RigError(f"plant family {name!r}: expected one of {', '.join(NAMES)}")
     build, laws = (import_module(f"hil.reference.{name}.{part}") for part in ("plant", "other_laws"))
-    return Family(build.BUILD, laws.OTHER_LAWS, laws.FOREIGN)
+    return Family(build.BUILD, laws.OTHER_LAWS, laws.FOREIGN, own_zero)
 
 
 def unit(family_name: str, seed: int) -> Unit:

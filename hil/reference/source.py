@@ -67,6 +67,8 @@ class PhysicsSource:
     session: Commands | None = None
     """Set-points that every day is recorded under, in place of excitations drawn for each unit. Effects keep the sizes
     that they have under those, so that sessions can be compared on the same cases."""
+    own_zero: bool = False
+    """Each record counts the angle from where the joint rested before it, as those of pamrig's own loop do."""
 
     @property
     def recorded_under(self) -> str:
@@ -85,14 +87,14 @@ class PhysicsSource:
         parts = [(family, against) for family in self.families for against in self.against]
         shares = [cases * (k + 1) // len(parts) - cases * k // len(parts) for k in range(len(parts))]
         sheets = [
-            draw_sheet(self.purpose, seed, share, family, self.known, against)
+            draw_sheet(self.purpose, seed, share, family, self.known, against, self.own_zero)
             for share, (family, against) in zip(shares, parts, strict=True)
         ]
         return [case.label() for sheet in sheets for case in sheet]
 
     def bench_key(self, label: dict[str, Any]) -> str:
         case = _case(label)
-        return f"{case.family}-{case.against}-{case.seed}-{case.unit}"
+        return f"{case.family}-{case.against}-{case.seed}-{case.unit}{'-own-zero' if case.own_zero else ''}"
 
     def bench(self, label: dict[str, Any]) -> PlantBench:
         bench = bench_of(_case(label))

@@ -18,7 +18,7 @@ from rig.gap.answer.consistency import contradictions
 from rig.gap.answer.facts import ABSORBED_SHARE, Verdict
 from rig.gap.hypotheses.library import LIBRARY, UNKNOWN, effect_class
 from rig.gap.raw_tests.levels import loudness
-from rig.record import Column, Record
+from rig.record import ZERO_FACT, Column, Record
 
 UNPREDICTABLE: Final = {name for name, effect in LIBRARY.items() if effect.signature}
 """Effects whose course a simulator cannot repeat, only their strength: their gap is the high-frequency rms."""
@@ -129,7 +129,8 @@ def realised(
     """Explained fraction (G - E) / (G - F) on records that the diagnosis never got, by its augmented model.
 
     Mean squares over all of them: G of the case against the mean healthy day, E after the model's own change is taken
-    off, F between healthy days. Without a cause that can be added, or when the augmented model runs away, nothing is
+    off, F between healthy days; of what moves where each record took its own zero, which says nothing of the rest.
+    Without a cause that can be added, or when the augmented model runs away, nothing is
     explained: 0. None when these records do not show the effect (G below EXCITED floors).
     """
     added = answer.get("added") or []
@@ -138,7 +139,11 @@ def realised(
     gap = left = floor = 0.0
     for record in records_of(untouched):
         change = _model_change(model, added, answer.get("mean_exponent"), record)
-        part = (loudness if stochastic else _course)(_angle(record), [_angle(day[record.name]) for day in days], change)
+        columns = [_angle(record), *(_angle(day[record.name]) for day in days), change]
+        if ZERO_FACT in record.facts:
+            columns = [column - np.mean(column) for column in columns]
+        case, *others, change = columns
+        part = (loudness if stochastic else _course)(case, others, change)
         gap, left, floor = gap + part[0], left + part[1], floor + part[2]
     return (gap - left) / (gap - floor) if gap > EXCITED**2 * floor else None
 

@@ -1,13 +1,14 @@
 """What a generator of cases must offer, as a protocol: the check knows no plant, the command line brings one.
 
-Columns are numpy arrays of one record by name (t_s, p1_cmd_mpa, p2_cmd_mpa, dp_cmd_mpa, p1_mpa, p2_mpa, angle_deg).
+Columns are numpy arrays of one record by name (t_s, p1_cmd_mpa, p2_cmd_mpa, dp_cmd_mpa, p1_mpa, p2_mpa, angle_deg, and
+angle_zero_deg where the record took its own zero).
 A source must survive pickling: it is sent to the processes that make and score cases.
 """
 
 from collections.abc import Mapping, Sequence
 from typing import Any, Protocol
 
-from rig.record import Column, Record
+from rig.record import ZERO_FACT, Column, Record
 
 Columns = Mapping[str, Column]
 Named = Mapping[str, Columns]
@@ -84,4 +85,11 @@ class Source(Protocol):
 
 def records_of(named: Named) -> list[Record]:
     """Columns as records."""
-    return [Record(name=name, **dict[str, Any](columns)) for name, columns in named.items()]
+    return [_record(name, columns) for name, columns in named.items()]
+
+
+def _record(name: str, columns: Columns) -> Record:
+    measured = {column: values for column, values in columns.items() if column != ZERO_FACT}
+    zero = columns.get(ZERO_FACT)
+    facts = {} if zero is None else {ZERO_FACT: float(zero[0])}
+    return Record(name=name, facts=facts, **dict[str, Any](measured))

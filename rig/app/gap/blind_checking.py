@@ -33,12 +33,15 @@ def source_of(
     families: Sequence[str] = FAMILIES,
     groups: Sequence[str] = tuple(GROUPS),
     sweep: Path | None = None,
+    own_zero: bool = False,
 ) -> Source:
     """The generator: this is the only place that knows both it and the check. Effects that the library lacks are not
-    asked for. With a `sweep` every day is recorded under it."""
+    asked for. With a `sweep` every day is recorded under it; with `own_zero` each record takes the angle at rest for
+    zero."""
     purpose = Purpose.DEVELOPMENT if development else Purpose.SCORING
     session = None if sweep is None else commands_of(find_config(sweep, "sweeps"))
-    return PhysicsSource(purpose, tuple(families) or FAMILIES, measures_of(groups or GROUPS), tuple(LIBRARY), session)
+    measures = measures_of(groups or GROUPS)
+    return PhysicsSource(purpose, tuple(families) or FAMILIES, measures, tuple(LIBRARY), session, own_zero)
 
 
 def source_and_modes(
@@ -47,13 +50,14 @@ def source_and_modes(
     families: Sequence[str] = (),
     groups: Sequence[str] = (),
     sweep: Path | None = None,
+    own_zero: bool = False,
 ) -> tuple[Source, tuple[str, ...]]:
     """The generator, plants or somebody's records, and the ways of asking; ConfigError for one that records do not
     allow."""
     if records is None:
-        return source_of(development, families, groups, sweep), tuple(groups)
-    if families or sweep:
-        option = "--family" if families else "--sweep"
+        return source_of(development, families, groups, sweep, own_zero), tuple(groups)
+    if families or sweep or own_zero:
+        option = "--family" if families else "--sweep" if sweep else "--own-zero"
         raise ConfigError(f"{option}: is for plants; --records takes no plant, give one of the two")
     return RecordsSource(records), _modes_of(records, groups)
 

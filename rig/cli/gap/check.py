@@ -189,7 +189,9 @@ def _sealed(folder: "CheckFolder", drawn: Drawn, json_to: str | None) -> "Source
     """The generator of the cases; the hash of their labels is printed before anything is computed."""
     from rig.app.gap.blind_checking import seal, source_and_modes
 
-    source, modes = source_and_modes(drawn.records, drawn.development, drawn.families, drawn.modes, drawn.sweep)
+    source, modes = source_and_modes(
+        drawn.records, drawn.development, drawn.families, drawn.modes, drawn.sweep, drawn.own_zero
+    )
     sha256 = seal(source, folder, drawn.cases, drawn.seed, modes, not drawn.no_angle, drawn.priors)
     terminal = console(json_to)
     terminal.print(f"sealed labels, SHA-256: {sha256}")

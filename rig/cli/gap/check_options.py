@@ -57,6 +57,12 @@ _sweep = click.option(
     metavar="SWEEP.yaml",
     help="Record every day under this session, in place of excitations drawn for each unit.",
 )
+_own_zero = click.option(
+    "--own-zero",
+    is_flag=True,
+    help="Each record takes the angle at rest for zero, as those of `pamrig run` do: it says nothing of what turns the "
+    "joint there.",
+)
 
 
 @dataclass(frozen=True)
@@ -70,6 +76,7 @@ class Drawn:
     records: Path | None
     modes: tuple[str, ...]
     sweep: Path | None
+    own_zero: bool
     no_angle: bool
     priors: Path | None
     dask: str | None
@@ -86,7 +93,7 @@ def drawn_options(command: Callable[..., None]) -> Callable[..., None]:
 
     # decorators are applied from the last to the first, and the help lists the last applied on top
     for option in (
-        workers_option, dask_option, _priors, _no_angle, _sweep, _modes, records_option, families_option,
+        workers_option, dask_option, _priors, _no_angle, _own_zero, _sweep, _modes, records_option, families_option,
         development_option, _seed, _cases,
     ):  # fmt: skip
         gathered = option(gathered)

@@ -177,3 +177,16 @@ def test_levels_are_fitted_on_all_families_but_the_judges_and_those_left_out():
         known_families(("pleated",), ("pleated",))
     with pytest.raises(ConfigError, match=r"unknown plant family 'piston'"):
         known_families(("piston",))
+
+
+@pytest.mark.parametrize("build", NAMES)
+def test_a_record_of_its_own_zero_says_nothing_of_what_turns_the_joint_at_rest(build: str) -> None:
+    shifted = disturbance(build, {"sensor_offset": 3.0})
+    plain, own = family(build).make(4), family(build, own_zero=True).make(4)
+    day, excitation = own.session(2), Excitation("sine", 0.5, 0.1, seconds=4.0)
+    healthy, record = (run(excitation, own, day, wrong) for wrong in (None, shifted))
+    assert np.allclose(record["angle_deg"], healthy["angle_deg"], atol=0.3)  # a converter's counts
+    assert record["angle_zero_deg"] - healthy["angle_zero_deg"] == pytest.approx(3.0, abs=0.05)
+    assert len(record["t_s"]) == len(record["angle_deg"]) == len(run(excitation, plain, day)["t_s"])
+    assert record["t_s"][0] == pytest.approx(0.0)
+    assert abs(record["angle_deg"][0]) < 1.0
