@@ -254,6 +254,9 @@ class Levels:
     """Of the angle under the measured pressures."""
     commanded_floor: float
     """As `floor`, of the angle under the commands."""
+    moving_floor: float | None = None
+    """The same of what moves, without the mean of each record: of records that took their own zero. Less: a healthy rig
+    stands above its floor. None, in a file of before it was fitted: as `commanded_floor`."""
     monitors: float = 0.0
     """Of the variance of the offsets that monitors show, the share that is their own error, to which the muscles do not
     answer. 0: what the pressures show tells nothing of the monitors."""

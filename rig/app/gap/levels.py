@@ -27,7 +27,7 @@ from rig.gap.calibrate import fit_builds, fit_levels, fit_monitors, of_another_b
 from rig.gap.hypotheses.inverse_problems import parts_of_angle, parts_of_pressures
 from rig.gap.provenance import FitProvenance, Origin
 from rig.gap.records.pairs import pair_up
-from rig.gap.reference.build import SISTER, Expected, Kind, expect
+from rig.gap.reference.build import SISTER, Expected, Kind, expect, without_mean
 from rig.gap.reference.expectation import Parts
 from rig.gap.settings import Fitted, Levels, Prior, fitted
 from rig.model.parameters import Model
@@ -68,6 +68,8 @@ class HealthyDay:
     angle: Parts
     commanded: float
     """Rms of the angle's deviation under the commands, as a share of its span."""
+    commanded_moving: float
+    """The same of what moves: without the mean of each record."""
 
 
 def known_families(names: Sequence[str], left_out: Sequence[str] = ()) -> tuple[str, ...]:
@@ -194,16 +196,11 @@ def uncorrected(model: Model) -> Model:
 
 def _healthy(family: str, expected: Expected) -> HealthyDay:
     angle, _ = parts_of_angle(expected)
-    reference = np.concatenate([context.reference.angle_deg for context in expected.contexts])
-    measured = np.concatenate([context.pair.case.angle_deg for context in expected.contexts])
-    commanded = rms(measured - reference, angle.lines.used) / angle.span
-    return HealthyDay(
-        family,
-        expected.levels,
-        parts_of_pressures(expected)[0],
-        angle,
-        commanded,
-    )
+    used = [context.pair.used for context in expected.contexts]
+    off = [context.pair.case.angle_deg - context.reference.angle_deg for context in expected.contexts]
+    moving = [without_mean(*one) for one in zip(off, used, strict=True)]
+    commanded, commanded_moving = (rms(np.concatenate(one), angle.lines.used) / angle.span for one in (off, moving))
+    return HealthyDay(family, expected.levels, parts_of_pressures(expected)[0], angle, commanded, commanded_moving)
 
 
 def _levels(days: Sequence[HealthyDay], prior: Prior) -> Levels:
@@ -218,11 +215,21 @@ def _levels(days: Sequence[HealthyDay], prior: Prior) -> Levels:
     )
     if days[0].reference == SISTER:
         pressures = of_another_build(pressures, len(families))
-    commanded = [np.sqrt(np.mean([day.commanded**2 for day in some])) for some in families]
-    made = Levels(pressures, angle, float(np.exp(np.mean(np.log(commanded)))), monitors)
+    made = Levels(pressures, angle, *commanded_floors(families), monitors=monitors)
     if days[0].reference not in (Kind.SIMULATOR.value, SISTER):
         return made
     return replace(made, builds=fit_builds([[day.pressures for day in some] for some in families], pressures, prior))
+
+
+def commanded_floors(families: Sequence[Sequence[HealthyDay]]) -> tuple[float, float]:
+    """By how much the angle under the commands is usually off, and by how much its motion: shares of its span, rms
+    over the days of a family, geometric mean over families."""
+
+    def usual(rms_of: Callable[[HealthyDay], float]) -> float:
+        of_each = [np.mean([rms_of(day) ** 2 for day in days]) for days in families]
+        return float(np.exp(0.5 * np.mean(np.log(of_each))))
+
+    return usual(lambda day: day.commanded), usual(lambda day: day.commanded_moving)
 
 
 def first_cases(family: str, plan: FittingPlan) -> list[Case]:
