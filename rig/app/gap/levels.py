@@ -38,8 +38,8 @@ from rig.parallel import executor
 from rig.record import Record
 
 R = TypeVar("R")
-STEPS = 3
-"""Rounds over the rigs: identified, their days, their effects."""
+STEPS = 4
+"""Rounds over the rigs: identified, their days, their effects, and these in records that took their own zero."""
 DAYS = (1, 3, 5)
 """Healthy days that are held beside the first."""
 DIGITS = 4
@@ -102,11 +102,22 @@ def calibrate(plan: FittingPlan, report: Callable[[int], None] = lambda done: No
         of_each = [[day for day in days if day.reference == name] for name in names]
         made = zip(names, pool.map(partial(_levels, prior=prior), of_each), strict=True)
         levels = {name: replace(one, odds=shipped.levels[name].odds) for name, one in made}
-        errors = reported(pool.map(of_rig, range(len(rigs)), rigs), report, 2 * len(rigs))
-        rough = [error for some in errors for error in some]
-    laws = usual_errors(rough)
+        own = [replace(case, own_zero=True) for case in rigs]
+        rough, rough_own_zero = (
+            [error for some in reported(errors, report, done * len(rigs)) for error in some]
+            for done, errors in (
+                (2, pool.map(of_rig, range(len(rigs)), rigs)),
+                (3, pool.map(of_rig, range(len(own)), own)),
+            )
+        )
+    laws, laws_own_zero = usual_errors(rough), usual_errors(rough_own_zero)
     provenance = provenance_of(plan, shipped, laws)
-    prior = replace(prior, laws={**prior.laws, **laws}, law_shares=shares_of_usual(rough, prior.law_shares))
+    prior = replace(
+        prior,
+        laws={**prior.laws, **laws},
+        laws_own_zero={**prior.laws_own_zero, **laws_own_zero},
+        law_shares=shares_of_usual(rough, prior.law_shares),
+    )
     return replace(shipped, provenance=provenance, levels=levels, prior=prior)
 
 
@@ -127,7 +138,8 @@ def provenance_of(plan: FittingPlan, before: Fitted, laws: Collection[str]) -> F
         path: one for path, one in provenance.parts.items() if any(path.startswith(f"{below}.") for below in untouched)
     }
     kept |= {path: one for path in untouched if (one := provenance.of(path)) is not None}
-    renewed = provenance.renewed({"levels": made, "prior.laws": made, "prior.law_shares": made})
+    fitted_now = ("levels", "prior.laws", "prior.laws_own_zero", "prior.law_shares")
+    renewed = provenance.renewed(dict.fromkeys(fitted_now, made))
     return FitProvenance(list(plan.families), rigs, rigs * len(DAYS), {**renewed.parts, **kept})
 
 
