@@ -6,6 +6,7 @@ fingerprint and the simulator that the identification made, and beside the simul
 """
 
 from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
+from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 from datetime import datetime
 from functools import partial
@@ -17,7 +18,7 @@ import yaml
 
 from hil.reference.cases import CASES_PER_UNIT, Bench, Case, Purpose, bench_of, draw_sheet
 from hil.reference.names import NAMES, NOT_FITTED
-from rig.app.gap.law_errors import of_rig, shares_of_usual, usual_errors
+from rig.app.gap.law_errors import LawError, of_rig, shares_of_usual, usual_errors
 from rig.blind_check.generate import nominal_model
 from rig.blind_check.source import records_of
 from rig.columns import rms
@@ -102,16 +103,10 @@ def calibrate(plan: FittingPlan, report: Callable[[int], None] = lambda done: No
         of_each = [[day for day in days if day.reference == name] for name in names]
         made = zip(names, pool.map(partial(_levels, prior=prior), of_each), strict=True)
         levels = {name: replace(one, odds=shipped.levels[name].odds) for name, one in made}
-        own = [replace(case, own_zero=True) for case in rigs]
-        rough, rough_own_zero = (
-            [error for some in reported(errors, report, done * len(rigs)) for error in some]
-            for done, errors in (
-                (2, pool.map(of_rig, range(len(rigs)), rigs)),
-                (3, pool.map(of_rig, range(len(own)), own)),
-            )
-        )
-    laws, laws_own_zero = usual_errors(rough), usual_errors(rough_own_zero)
-    provenance = provenance_of(plan, shipped, laws)
+        rough = law_errors(pool, rigs, report, 2 * len(rigs))
+        own_zero = law_errors(pool, [replace(case, own_zero=True) for case in rigs], report, 3 * len(rigs))
+    laws, laws_own_zero = usual_errors(rough), usual_errors(own_zero)
+    provenance = provenance_of(plan, shipped, laws, laws_own_zero)
     prior = replace(
         prior,
         laws={**prior.laws, **laws},
@@ -121,8 +116,18 @@ def calibrate(plan: FittingPlan, report: Callable[[int], None] = lambda done: No
     return replace(shipped, provenance=provenance, levels=levels, prior=prior)
 
 
-def provenance_of(plan: FittingPlan, before: Fitted, laws: Collection[str]) -> FitProvenance:
-    """The provenance once levels, and the errors of these `laws`, are fitted anew; of the odds, and of what no rig told
+def law_errors(
+    pool: Executor, rigs: Sequence[Case], report: Callable[[int], None] = lambda done: None, before: int = 0
+) -> list[LawError]:
+    """How rough the laws are on these rigs; `report` is told after each how many are done, with those `before`."""
+    found = reported(pool.map(of_rig, range(len(rigs)), rigs), report, before)
+    return [error for some in found for error in some]
+
+
+def provenance_of(
+    plan: FittingPlan, before: Fitted, laws: Collection[str], laws_own_zero: Collection[str]
+) -> FitProvenance:
+    """The provenance once levels, and the errors of these laws, are fitted anew; of the odds, and of what no rig told
     anything of, as it was."""
     rigs = plan.units * len(plan.families)
     provenance = before.provenance
@@ -133,6 +138,7 @@ def provenance_of(plan: FittingPlan, before: Fitted, laws: Collection[str]) -> F
     untouched = [
         *(f"levels.{name}.odds" for name in before.levels),
         *(f"prior.laws.{name}" for name in before.prior.laws if name not in laws),
+        *(f"prior.laws_own_zero.{name}" for name in before.prior.laws_own_zero if name not in laws_own_zero),
     ]
     kept = {
         path: one for path, one in provenance.parts.items() if any(path.startswith(f"{below}.") for below in untouched)

@@ -177,7 +177,7 @@ def test_two_fallen_samples_are_outliers_and_three_are_drop_outs() -> None:
 
 @pytest.mark.parametrize(("rows", "found"), [(2, False), (3, True), (8, True)])
 def test_one_long_burst_is_a_drop_out(rows: int, found: bool) -> None:
-    """Three samples at a rail that no joint reaches are no accident, though they fell at once: no healthy rig has any."""
+    """Three samples at a rail that no joint reaches are no accident, though they fell at once."""
     records, day_before = day(5), day(6)
     angle = records[0].angle_deg
     assert angle is not None
