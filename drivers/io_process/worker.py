@@ -81,6 +81,8 @@ class Worker:
         """The safe order for which a reconnection was tried at once."""
         self._alarm = 0
         self._confirmed: tuple[float, ...] | None = None
+        self._sent = False
+        """Outputs were tried: the device may have taken them, whatever became of its reply."""
         self._orphan_since_ns = 0
 
     def connect(self) -> bool:
@@ -105,6 +107,7 @@ class Worker:
         if self._report.state is not LinkState.UP and not self._reconnect(outputs is not None):
             return False
         fresh = outputs is not None and outputs != self._confirmed
+        self._sent |= outputs is not None
         try:
             done = self._link.exchange(outputs, fresh, fresh and outputs == self._job.safe)
         except DeviceError as error:
@@ -157,7 +160,7 @@ class Worker:
             self._link.close()
             state = LinkState.DOWN
             self._retry_ns = time.monotonic_ns()
-            if self._confirmed is not None:
+            if self._sent:
                 self._trip(Trip.OUTAGE)
             self._confirmed = None
         self._say(state=state, errors=self._report.errors + 1, text=str(error))

@@ -20,7 +20,6 @@ from hil.emulators.priority import run_in_real_time
 from hil.emulators.pty import plugged_pty
 
 _RATES = {getattr(termios, name): int(name[1:]) for name in dir(termios) if name[0] == "B" and name[1:].isdecimal()}
-_LOOK_S = 0.2
 
 
 @dataclass
@@ -62,7 +61,8 @@ class EmulatedSerialLine:
         self._byte_s = bits_per_byte / baud
         self._random = random.Random(seed)
         self._free_s = 0.0
-        self._ends: tuple[int, int] | None = None
+        self._served: tuple[threading.Thread, int] | None = None
+        """Who serves the port, and what ends him."""
 
     @property
     def set_point(self) -> int:
@@ -71,23 +71,30 @@ class EmulatedSerialLine:
 
     def plug(self) -> None:
         """Make the port and serve it. Idempotent."""
-        if self._ends is None:
-            self._ends = plugged_pty(self.device)
-            threading.Thread(target=self._serve, args=(self._ends[0],), daemon=True).start()
+        if self._served is None:
+            wake = os.eventfd(0)
+            thread = threading.Thread(target=self._serve, args=(*plugged_pty(self.device), wake), daemon=True)
+            self._served = thread, wake
+            thread.start()
 
     def unplug(self) -> None:
-        """Pull the plug: the client's port is gone. Idempotent."""
-        ends, self._ends = self._ends, None
-        for descriptor in ends or ():
-            os.close(descriptor)
+        """Pull the plug: the client's port is gone when what is under way on it has been. Idempotent."""
         self.device.unlink(missing_ok=True)
+        served, self._served = self._served, None
+        if served is not None:
+            thread, wake = served
+            os.eventfd_write(wake, 1)
+            thread.join()
+            os.close(wake)
 
-    def _serve(self, master: int) -> None:
+    def _serve(self, master: int, slave: int, wake: int) -> None:
+        """Closes what it serves itself: a number that is free again is somebody else's port."""
         run_in_real_time()
-        with contextlib.suppress(OSError, ValueError):
-            while self._ends and self._ends[0] == master:
-                if select.select([master], [], [], _LOOK_S)[0]:
-                    self._receive(master, os.read(master, 4096))
+        with contextlib.suppress(OSError, ValueError, termios.error):
+            while wake not in select.select([master, wake], [], [])[0]:
+                self._receive(master, os.read(master, 4096))
+        os.close(master)
+        os.close(slave)
 
     def power(self, on: bool) -> None:
         """Switch the regulator's supply. Off, it holds its pressure; on again, it starts from a set-point of zero."""

@@ -173,15 +173,20 @@ def test_late_answers_never_pass_as_new_ones(running: Emulation, device: ItvSeri
     assert lowest > 0.09, "a set-point's confirmation was read as a pressure"
 
 
-def test_power_off_and_on_while_driving_ends_at_the_safe_set_point(running: Emulation, device: ItvSerial) -> None:
+@pytest.mark.parametrize("heard", [True, False])
+def test_power_off_and_on_while_driving_ends_at_the_safe_set_point(
+    running: Emulation, device: ItvSerial, heard: bool
+) -> None:
     """The regulator comes back with a set-point of its own; the I/O process then writes the safe one and keeps to
-    it."""
+    it. It wrote the old one where the regulator had obeyed and its reply had been late or lost."""
     device.open()
+    running.trouble("valve_1", silence=not heard)
     device.write(0.4, 0.1)
     assert rigs.soon(lambda: told(running) == (818, 205))
     running.power("valve_1", on=False)
 
     assert rigs.soon(lambda: rigs.is_lost(device.read), 10.0)
+    running.trouble("valve_1", silence=False)
     running.power("valve_1", on=True)
     assert rigs.soon(lambda: told(running)[0] == SAFE_COUNTS[0], 10.0)
     with pytest.raises(DeviceLost, match="close and open again"):

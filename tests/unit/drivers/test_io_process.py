@@ -299,6 +299,31 @@ def test_an_outage_while_driving_ends_safe_as_soon_as_the_line_is_back(
     assert (box.report().state, box.report().trip, box.report().reconnects) == (LinkState.UP, Trip.OUTAGE, 1)
 
 
+def test_what_was_sent_and_never_confirmed_counts_as_driven(
+    worker: Worker, link: ScriptedLink, box: IoMailbox, clock: Clock
+) -> None:
+    """The device may have obeyed a set-point whose reply was late or broken. When the line came back it was sent once
+    more."""
+    drive(box, clock, 700.0)
+    link.fail = DeviceError("a reply without its end")
+    for _ in range(5):
+        worker.turn()
+    assert (box.report().state, box.report().trip) == (LinkState.DOWN, Trip.OUTAGE)
+    link.fail = None
+    clock.ns += 1_000_000_000
+    drive(box, clock, 700.0)
+    worker.turn()
+    assert link.sent == [SAFE]
+
+
+def test_an_outage_before_anything_was_sent_takes_nothing_over(
+    worker: Worker, link: ScriptedLink, box: IoMailbox, clock: Clock
+) -> None:
+    link.fail = DeviceLost("unplugged")
+    worker.turn()
+    assert (box.report().state, box.report().trip) == (LinkState.DOWN, Trip.NONE)
+
+
 def test_a_lost_line_is_tried_again_but_not_without_pause(worker: Worker, link: ScriptedLink, clock: Clock) -> None:
     link.fail = DeviceLost("unplugged")
     for _ in range(1000):
