@@ -18,6 +18,7 @@ from pathlib import Path
 from typing import Final, Self
 
 from rig.interfaces import Device, abilities_of
+from rig.realtime.faults import Fault
 from rig.realtime.ring import Ring
 from rig.realtime.shared import HEADER_WORDS, SharedBlock
 
@@ -65,6 +66,14 @@ class LoopVerdict(IntEnum):
     """The loop's process has ended, by itself or killed."""
     SILENT = 2
     """The process was there, but its heartbeat was not: stopped or hanging."""
+    STALLED = 3
+    """The same, and whoever listened had stood still himself until just before, as under `docker pause`: it did not
+    hang, it had not come back yet."""
+
+    @property
+    def fault(self) -> Fault:
+        """What it is called where nothing is known of the loop but how it was found."""
+        return Fault.LONG_STALL if self is LoopVerdict.STALLED else Fault.LOOP_DIED
 
 
 class Outcome(IntEnum):
@@ -183,6 +192,14 @@ class SafeBlock:
             words[at + self._VERDICT + i] = int(word)
         words[at + self._TELLINGS] += 1
 
+    @property
+    def loop_fault(self) -> Fault:
+        """What the end of the loop is called: by whoever took it for lost first, as the fault of a loop that ended by
+        itself where nobody did."""
+        told = [report for writer in Writer if (report := self.report(writer)).verdict is not LoopVerdict.WATCHING]
+        first = min(told, key=lambda report: report.seen_ns, default=SafeReport(verdict=LoopVerdict.ENDED))
+        return first.verdict.fault
+
     def best(self, since_ns: int = 0) -> SafeReport:
         """The report that knows most, of those of a loss seen at `since_ns` or later; of equal ones the earliest
         write."""
@@ -292,6 +309,7 @@ class SafeStateAuthority:
         """
         report = SafeReport(self._writer, verdict, seen_ns=time.monotonic_ns(), last_beat_ns=self._ring.heartbeat_ns)
         deadline = time.monotonic() + persistence_s
+        self._block.tell(report)  # before: who sees its end is to know of what
         self._loop.kill()
         if not self._loop.gone_within(0.0):
             report = self._told(report, self._attempt(), counts=False)

@@ -31,6 +31,8 @@ class Supervisor:
         self._writer, self._ring, self._block, self._loop, self._authority = writer, ring, block, loop, authority
         self._period_ns, self._limit_ns, self._grace_ns = period_ns, patience_ns, grace_ns
         self._looked_ns = time.monotonic_ns()
+        self._back_ns = 0
+        """When this process went on again after the last standstill."""
         self._longest_look_ns = max(self._limit_ns, round(_LOOK_S * 1e9)) + period_ns
 
     def run(self) -> LoopVerdict:
@@ -39,7 +41,7 @@ class Supervisor:
             self._block.beat(self._writer)
             overslept, left_ns = self._overslept(), self._left_ns()
             if left_ns <= 0 and not overslept:
-                return self._act(LoopVerdict.SILENT)
+                return self._act(LoopVerdict.STALLED if self._not_back() else LoopVerdict.SILENT)
             wait_ns = left_ns if left_ns > 0 else self._period_ns
             if self._loop.gone_within(wait_ns / 1e9):
                 return self._act(LoopVerdict.ENDED)
@@ -57,7 +59,15 @@ class Supervisor:
         itself."""
         now_ns, before_ns = time.monotonic_ns(), self._looked_ns
         self._looked_ns = now_ns
-        return now_ns - before_ns > self._longest_look_ns
+        if now_ns - before_ns <= self._longest_look_ns:
+            return False
+        self._back_ns = now_ns
+        return True
+
+    def _not_back(self) -> bool:
+        """A loop that is silent has been so since a standstill that this process shared, or since the first ticks after
+        it: what it has to make up for may take it longer than it may be silent."""
+        return self._back_ns != 0 and self._ring.heartbeat_ns < self._back_ns + self._limit_ns
 
     def _act(self, verdict: LoopVerdict) -> LoopVerdict:
         """A loop that never ticked has written nothing, perhaps because the device is somebody else's."""

@@ -226,7 +226,7 @@ def _stop_without_a_file(session: Session, outcome: RunOutcome) -> None:
 def _look(session: Session, outcome: RunOutcome) -> None:
     """A lost process ends the runs: by the safe state, at once."""
     loss = session.watch.look() if session.watch is not None else None
-    if loss is None or loss.fault is Fault.LOOP_DIED:
+    if loss is None or loss.of_the_loop:
         return  # the loop's end is told when it has ended
     outcome.recorder_lost = loss.fault is Fault.RECORDER_DIED
     outcome.error = f"the rig was stopped: {explain(loss.fault, loss.message)}"
@@ -237,7 +237,9 @@ def ending(session: Session, interrupted: bool = False) -> str:
     if error := session.loop_error():
         return error
     if session.loop is not None and session.loop.exitcode:
-        return explain(Fault.LOOP_DIED, session.watch.how_it_ended() if session.watch is not None else "")
+        if session.watch is None:
+            return explain(Fault.LOOP_DIED)
+        return explain(session.watch.loop_fault, session.watch.how_it_ended())
     last = session.ring.latest()
     if last is not None and last.fault and not last.run and not (interrupted and last.fault in ASKED_FOR):
         # outside a record, so that none of them tells it

@@ -78,11 +78,13 @@ class Recorder:
         self._lost_before = 0
         self._told: RecorderTrouble | None = None
         self._over = False
+        self._loop_fault = Fault.LOOP_DIED
+        """What the end of the loop is called, where it says nothing itself."""
         self._at_once = False
         self._marks: list[Mark] = []
 
     def run(self) -> None:
-        """Poll until the other end of the orders closes or says None, then finish."""
+        """Poll until the other end of the orders closes or says that the loop has ended, then finish."""
         while not self._over:
             self._take_orders()
             if self._drain() < self._ring.capacity // _BUSY_SHARE:
@@ -100,7 +102,9 @@ class Recorder:
         try:
             while self._orders.poll():
                 order = self._orders.recv()
-                if order is None:
+                if isinstance(order, Fault):
+                    self._over, self._loop_fault = True, order
+                elif order is None:
                     self._over = True
                 elif isinstance(order, Mark):
                     self._marks.append(order)
@@ -153,7 +157,7 @@ class Recorder:
         if self._open is None:
             return
         if cut:
-            self._open.judge_end()
+            self._open.judge_end(self._loop_fault)
         result = self._open.finish(self._reader.lost)
         self._open = None
         self._marks.clear()
@@ -239,13 +243,13 @@ class _OpenRun:
         if (self.trouble.error, self.trouble.final) != (self._result.error, final):
             self.trouble = RecorderTrouble(self.order.run, self._result.error, final)
 
-    def judge_end(self) -> None:
+    def judge_end(self, loop_fault: Fault) -> None:
         """A record that ends in the middle says so, and why it is not valid."""
         last = self._last
         if last is not None and last.phase != Phase.NONE and not self._result.fault:
-            self._result.fault = Fault.LOOP_DIED
+            self._result.fault = loop_fault
             if self._writer is not None:
-                self._writer.log("fatal", explain(Fault.LOOP_DIED), last.scheduled_ns + self.order.wall_offset_ns)
+                self._writer.log("fatal", explain(loop_fault), last.scheduled_ns + self.order.wall_offset_ns)
 
     def finish(self, lost: int) -> RunResult:
         """Close the file and say how it went."""

@@ -8,7 +8,7 @@ order: the loop, the supervisor, this process, the guardian, the device's own wa
 import math
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import partial
 from multiprocessing.process import BaseProcess
 from typing import Final
@@ -51,6 +51,12 @@ _POLL_S: Final = 0.002
 _LOOK_NS: Final = 200_000_000
 _LOOKS: Final = 3
 """At the device, for a loop that cannot read back; and the time between them."""
+_HOW: Final = {
+    LoopVerdict.WATCHING: "ended",
+    LoopVerdict.ENDED: "ended",
+    LoopVerdict.SILENT: "hung or was stopped",
+    LoopVerdict.STALLED: "stood still with all the others, and had not come back when its patience was over",
+}
 _SUSPENDED_S: Final = 0.1
 """No machine sleeps and wakes again in less."""
 
@@ -61,6 +67,8 @@ class Loss:
 
     fault: Fault
     message: str
+    of_the_loop: bool = field(default=False, compare=False)
+    """It is the loop, which can be asked for nothing any more."""
 
 
 PathMaker = Callable[[], SecondPath]
@@ -112,19 +120,20 @@ class ProcessWatch:
         first = loss if self._loss is None else None
         if loss is not None and self._loss is None:
             self._loss = loss
-            if loss.fault is not Fault.LOOP_DIED:
+            if not loss.of_the_loop:
                 self.demand(loss.fault)
         self.follow_up()
         return first
 
     def _find(self) -> Loss | None:
         if not self._loop.is_alive():
-            return Loss(Fault.LOOP_DIED, "")
+            return Loss(self.loop_fault, "", of_the_loop=True)
         if self._timed and (slept_s := _suspended_s() - self._suspended_s) > _SUSPENDED_S:
             said = f"the machine was suspended for {slept_s:.0f} s, and the rig was in nobody's hands"
             return Loss(Fault.LONG_STALL, said)
         if self._silent():
-            return Loss(Fault.LOOP_DIED, f"the loop has not moved for {self._patience_ns / 1e9:g} s")
+            said = f"the loop has not moved for {self._patience_ns / 1e9:g} s"
+            return Loss(Fault.LOOP_DIED, said, of_the_loop=True)
         if not self._recorder.is_alive():
             return Loss(Fault.RECORDER_DIED, "the recorder's process is gone")
         if why := self._recorder_stands():
@@ -270,6 +279,11 @@ class ProcessWatch:
             self._descriptor.close()
         self._hands.end()
 
+    @property
+    def loop_fault(self) -> Fault:
+        """What the end of the loop is called."""
+        return self._watchers.block.loop_fault
+
     def how_it_ended(self) -> str:
         """How the loop's process ended, and when the one who took over saw it and had written."""
         report = self.safe
@@ -277,7 +291,7 @@ class ProcessWatch:
         how = "" if code is None else f"killed by signal {-code}" if code < 0 else f"exit status {code}"
         if report.writer in (Writer.NOBODY, Writer.LOOP):
             return how
-        what = "hung or was stopped" if report.verdict is LoopVerdict.SILENT else "ended"
+        what = _HOW[report.verdict]
         seen_ms = (report.seen_ns - report.last_beat_ns) / 1e6
         wrote = (
             f", {'gone' if report.outcome is Outcome.ENDED else 'written'} "

@@ -191,7 +191,7 @@ class Session:
             if _has_room(self._orders):
                 self._recording_ended = True
                 with suppress(OSError):
-                    self._orders.send(None)
+                    self._orders.send(None if self.watch is None else self.watch.loop_fault)
         finally:
             self._telling.release()
 

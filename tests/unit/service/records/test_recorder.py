@@ -52,7 +52,7 @@ def order(folder: Path, run: int = 1, sweep_ticks: int = 10) -> RunOrder:
 
 
 def recorded(
-    ring: Ring, samples: list[Sample], *orders: RunOrder, troubles: list[RecorderTrouble] | None = None
+    ring: Ring, samples: list[Sample], *orders: RunOrder | Fault, troubles: list[RecorderTrouble] | None = None
 ) -> list[RunResult]:
     """What a recorder makes of `samples`, which are in the ring before it begins."""
     writer = RingWriter(ring)
@@ -231,6 +231,12 @@ def test_a_record_that_ends_in_the_middle_is_not_valid(ring: Ring, tmp_path: Pat
     (result,) = recorded(ring, [sample(t, 1) for t in range(20)], order(tmp_path))
     assert (result.valid, result.fault, result.ticks) == (False, Fault.LOOP_DIED, 20)
     assert any(line.startswith("LOOP_DIED") for line in contents(result.file).lines)
+
+
+def test_a_record_is_cut_by_what_the_end_of_the_loop_is_called(ring: Ring, tmp_path: Path) -> None:
+    (result,) = recorded(ring, [sample(t, 1) for t in range(20)], order(tmp_path), Fault.LONG_STALL)
+    assert (result.valid, result.fault, result.ticks) == (False, Fault.LONG_STALL, 20)
+    assert any(line.startswith("LONG_STALL") for line in contents(result.file).lines)
 
 
 def test_the_last_record_may_end_with_the_session(ring: Ring, tmp_path: Path) -> None:

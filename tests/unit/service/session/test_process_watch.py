@@ -123,6 +123,16 @@ def test_with_the_supervisor_lost_too_a_killed_loop_is_followed_up_here(bench: B
     assert "killed by signal 9" in watch.how_it_ended()
 
 
+def test_a_loop_that_did_not_come_back_from_a_standstill_is_no_loop_that_died(bench: Bench) -> None:
+    watch = bench.watch()
+    bench.block.tell(SafeReport(Writer.SUPERVISOR, LoopVerdict.STALLED, Outcome.SEEN, 3, 1, 4, 5))
+    bench.loop.end()
+    assert watch.look() == Loss(Fault.LONG_STALL, "")
+    assert watch.safe.safe
+    assert "stood still with all the others" in watch.how_it_ended()
+    assert bench.mailbox.estop_wanted() is Fault.NONE, "there is no loop of which anything could be demanded"
+
+
 def test_a_machine_that_was_suspended_makes_the_rig_safe(bench: Bench, monkeypatch: pytest.MonkeyPatch) -> None:
     """The loop's own clock stood still with it: the sweep went on where it was, as if nothing had been."""
     asleep_s, clock_gettime = 0.0, time.clock_gettime
