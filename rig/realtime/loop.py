@@ -14,11 +14,11 @@ from rig.realtime.commands import Answer, Commands, Request
 from rig.realtime.faults import Fault
 from rig.realtime.guard import Bucket, Guard, Limits, Misses
 from rig.realtime.program import Program
+from rig.realtime.rest_angle import RestAngle
 from rig.realtime.ring import RingWriter
 from rig.realtime.state import Event, State, after
 from rig.sample import (
     ABSENT_BY_ROLE,
-    ANGLE_ABSENT,
     ANGLE_ZEROED,
     BROKEN_WIRE,
     READ_ERROR,
@@ -30,7 +30,7 @@ from rig.sample import (
 
 # members by names of this module: in Python 3.11 looking one up in its class takes as long as a call
 _RUNNING, _DONE, _FAULT = State.RUNNING, State.DONE, State.FAULT
-_ZERO, _NO_PHASE, _NO_FAULT = Phase.ZERO, Phase.NONE, Fault.NONE
+_NO_PHASE, _NO_FAULT = Phase.NONE, Fault.NONE
 _COMMANDING = (State.ARMED, State.RUNNING, State.DONE)
 _UNDER_COMMAND = (State.ARMED, State.RUNNING)
 _SILENT = (State.DISARMED, State.FAULT)
@@ -83,8 +83,7 @@ class Loop:
         self._started_tick, self._from, self._reference_deg = 0, self._command, NAN
         self._way_out_tick: int | None = None
         self._resting = True
-        self._zero_deg = self._zero_sum = 0.0
-        self._zero_count, self._zeroed = 0, False
+        self._zero = RestAngle()
 
     def _forgive(self) -> None:
         """Begin to count errors, misses and repetitions anew."""
@@ -147,7 +146,7 @@ class Loop:
         self.ring.beat()
         now = self._read()
         read_ns = self._clock.now_ns()
-        flags, fault = self._guard.check(now, now.angle_deg - self._zero_deg, self.state in _COMMANDING)
+        flags, fault = self._guard.check(now, now.angle_deg - self._zero.deg, self.state in _COMMANDING)
         self._due = self._own_faults(tick, missed, read_ns - due_ns) or fault
         if self._due:
             self._latch(self._due)
@@ -168,17 +167,17 @@ class Loop:
     def _publish(self, read_ns: int, now: Measurement, phase: Phase, dp_mpa: float, flags: int, run: int) -> None:
         """One sample into the ring, with the zero that holds now and the set-points as written."""
         tick, due_ns, woken_ns, missed = self._grid
-        if self._zeroed:
+        if self._zero.known:
             flags |= ANGLE_ZEROED
         p1_cmd_mpa, p2_cmd_mpa = self._command
         self.ring.put(
             Sample._make((
                 tick & 0xFFFFFFFF, due_ns, woken_ns, read_ns, self._clock.now_ns(), missed, dp_mpa, p1_cmd_mpa,
                 p2_cmd_mpa,
-                now.p1_mpa, now.p2_mpa, now.angle_deg - self._zero_deg, now.p1_raw, now.p2_raw, now.angle_raw,
+                now.p1_mpa, now.p2_mpa, now.angle_deg - self._zero.deg, now.p1_raw, now.p2_raw, now.angle_raw,
                 now.excitation_raw,
                 now.p1_age_ns, now.p2_age_ns, now.angle_age_ns,
-                run, self.state, phase, flags, self.fault, self._zero_deg,
+                run, self.state, phase, flags, self.fault, self._zero.deg,
                 now.further_1, now.further_2, now.further_3, now.further_4, self._reference_deg,
             ))
         )  # fmt: skip
@@ -208,6 +207,8 @@ class Loop:
             if not self._seen_safe:  # what was written last may never have reached the valves
                 self._safe_owed = True
                 self.ring.not_safe()
+            elif not self._safe_owed and not self._still_holds():
+                self._owe_again()
         elif self._errors.level < self._limits.bucket and self._errors.add(failed=True):  # when it gets full
             self._latch(Fault.DEVICE_ERRORS)
 
@@ -227,8 +228,7 @@ class Loop:
         if self.state is not _FAULT:
             self.state, self.fault, self._safe_owed = after(self.state, Event.FAULT), fault, True
         elif fault in (Fault.LONG_STALL, Fault.DEVICE_ERRORS):
-            self._safe_owed, self._seen_safe = True, False
-            self.ring.unseen()
+            self._owe_again()
 
     def _obey(self, tick: int, now: Measurement, flags: int) -> None:
         try:
@@ -252,7 +252,7 @@ class Loop:
             self.state = after(self.state, Event.START)
             self._program, self._started_tick, self._from = program, tick, self._command
             self._way_out_tick = None
-            self._zero_sum, self._zero_count, self._zeroed, self._zero_deg = 0.0, 0, False, 0.0
+            self._zero = RestAngle()
         elif request is Request.DISARM:
             self.state = after(self.state, Event.DISARM)
             self._safe_owed = True
@@ -305,12 +305,12 @@ class Loop:
             return program.way_out(left, self._from)
         if index >= program.ticks:
             return self._finish()
-        angle_deg = now.angle_deg - self._zero_deg
+        angle_deg = now.angle_deg - self._zero.deg
         phase, p1_cmd_mpa, p2_cmd_mpa = program.at(index, self._from, angle_deg, flags, self._command)
         if program.fault:
             self._latch(program.fault)
         self._reference_deg = program.wanted_deg(index)
-        self._take_zero(phase, now, flags)
+        self._zero.take(phase, now, flags)
         return phase, p1_cmd_mpa, p2_cmd_mpa
 
     def _finish(self) -> tuple[Phase, float, float]:
@@ -318,26 +318,13 @@ class Loop:
         self._program = None
         return _NO_PHASE, *self._towards_safe()
 
-    def _take_zero(self, phase: Phase, now: Measurement, flags: int) -> None:
-        """Average the angle at rest; experiment step 1 of the paper: that angle is 0 degrees."""
-        if self._zeroed:
-            return
-        if phase is _ZERO:
-            if not flags & (SUSPECT | ANGLE_ABSENT):
-                self._zero_sum += now.angle_deg
-                self._zero_count += 1
-        elif phase > _ZERO and self._zero_count:
-            self._zero_deg = self._zero_sum / self._zero_count
-            self._zeroed = True
-
     def _towards_safe(self) -> tuple[float, float]:
-        step = self._settings.return_mpa_s * self._period_ns / 1e9
-        p1_cmd_mpa, p2_cmd_mpa = self._command
-        safe1, safe2 = self._settings.safe_p1_mpa, self._settings.safe_p2_mpa
-        self._resting = abs(safe1 - p1_cmd_mpa) <= step and abs(safe2 - p2_cmd_mpa) <= step
+        settings, (p1_cmd_mpa, p2_cmd_mpa) = self._settings, self._command
+        step = settings.return_mpa_s * self._period_ns / 1e9
+        left1, left2 = settings.safe_p1_mpa - p1_cmd_mpa, settings.safe_p2_mpa - p2_cmd_mpa
+        self._resting = abs(left1) <= step and abs(left2) <= step
         if self._resting:
-            return safe1, safe2
-        left1, left2 = safe1 - p1_cmd_mpa, safe2 - p2_cmd_mpa
+            return settings.safe_p1_mpa, settings.safe_p2_mpa
         return p1_cmd_mpa + min(max(left1, -step), step), p2_cmd_mpa + min(max(left2, -step), step)
 
     def _write(self, p1_cmd_mpa: float, p2_cmd_mpa: float, periods: int) -> int:
@@ -362,6 +349,8 @@ class Loop:
         except DeviceError as error:  # still owed: tried again next tick
             self._safe_comes = isinstance(error, DevicePending)
             self.ring.safe_coming(self._safe_comes)
+            if self._seen_safe:
+                self._owe_again()
             return 0 if self._safe_comes else WRITE_ERROR
         self._safe_owed = self._safe_comes = False
         self._command = self._settings.safe_p1_mpa, self._settings.safe_p2_mpa
@@ -385,6 +374,17 @@ class Loop:
         elif held is False:
             self._safe_owed = True
             self.ring.not_safe()
+
+    def _owe_again(self) -> None:
+        """What was seen at the device may not stand there any more: it may have a watchdog of its own."""
+        self._safe_owed, self._seen_safe = True, False
+        self.ring.unseen()
+
+    def _still_holds(self) -> bool:
+        """Whether a device that is lost tells of the safe state all the same."""
+        with contextlib.suppress(DeviceError):
+            return self._abilities.holds_safe() is True
+        return False
 
     def leave(self) -> None:
         """Safe state, then let go; an unreachable device is left to its own watchdog and to the supervisor."""

@@ -150,6 +150,43 @@ def test_a_device_lost_after_the_stop_is_written_to_again_unless_the_safe_state_
     assert loop.ring.safe.count("not") == by_arming + written_again
 
 
+class OutOfSight(ReadsBack):
+    """Away from the loss that the scripted reads tell of, for some calls."""
+
+    away = 5
+
+    def _gone(self) -> bool:
+        lost = any(at < self.calls["read"] for at in self.reads)
+        self.away -= lost
+        return lost and self.away >= 0
+
+    def holds_safe(self) -> bool | None:
+        if self._gone():
+            raise DeviceLost("scripted: gone")
+        return super().holds_safe()
+
+    def safe(self) -> None:
+        if self._gone():
+            raise DeviceLost("scripted: gone")
+        super().safe()
+
+
+@pytest.mark.parametrize("estop", [range(10, 16), range(0)], ids=["after a stop", "while disarmed"])
+def test_a_device_that_is_lost_when_it_was_seen_safe_is_not_seen_any_more(estop: range) -> None:
+    """Its own watchdog took the outputs to what it holds for safe, for as long as the network was away and longer: the
+    status said "seen at the device", and nobody wrote."""
+    device = OutOfSight(reads={30: DeviceLost("scripted: gone")})
+    operator = ScriptedOperator({50: Request.RESET}, estop=estop)
+    _, loop = run_loop(device, operator, 60)
+    said = loop.ring.safe  # type: ignore[attr-defined]
+    since = said[said.index("failed") - said[: said.index("failed")].count("unseen") :]
+    assert since.count("unseen") == 1
+    assert since[-4:] == ["made", "seen", "made", "seen"]
+    assert said.count("failed") >= 3
+    assert "not" not in said, "it was written: who commands ends no loop for it"
+    assert (50, Answer.GONE) in operator.answers
+
+
 def test_an_error_of_the_program_ends_safe_and_the_record_says_so() -> None:
     device = ScriptedDevice(reads={20: ZeroDivisionError("scripted bug")})
     operator = armed_and_running()
