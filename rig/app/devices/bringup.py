@@ -64,14 +64,19 @@ class DeviceTicker:
         self._thread = threading.Thread(target=self._ticks, name="ticker", daemon=True)
 
     def __enter__(self) -> Self:
+        """The ticks begin before whoever stands above is started, which may take longer than the device's own watchdog
+        waits for a request."""
         try:
             self.facts = dict(self._device.open())
+            self._thread.start()
             if self._supervision is not None:
                 self._supervision.__enter__()
         except BaseException:
+            self._quit.set()
+            if self._thread.is_alive():
+                self._thread.join()
             let_go(self._device)
             raise
-        self._thread.start()
         return self
 
     def __exit__(

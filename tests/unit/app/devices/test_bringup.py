@@ -1,7 +1,9 @@
 """A device without a loop is left safe, whatever comes on the way out."""
 
+import contextlib
 import math
 import signal
+import threading
 from types import TracebackType
 from typing import Any
 
@@ -9,7 +11,7 @@ import pytest
 
 from rig.app.devices import bringup
 from rig.app.devices.bringup import DeviceTicker
-from rig.errors import DeviceLost
+from rig.errors import DeviceLost, RigError
 from rig.interfaces import Measurement
 from rig.sample import BROKEN_WIRE, SUSPECT
 
@@ -88,6 +90,45 @@ def test_a_ctrl_c_on_the_way_out_is_heard_after_it() -> None:
     with pytest.raises(KeyboardInterrupt):
         held(device)
     assert (device.is_safe, device.is_open) == (True, False)
+
+
+class Watched(Pressed):
+    """A device with a watchdog of its own, which each reading feeds."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.struck, self.fed = True, threading.Event()
+
+    def read(self) -> Measurement:
+        self.fed.set()
+        return super().read()
+
+
+class SlowAbove(Above):
+    """Whose start takes longer than that watchdog waits; or fails then."""
+
+    def __init__(self, device: Watched, fails: bool) -> None:
+        super().__init__(device)
+        self._watched, self._fails = device, fails
+        self.fed_meanwhile = False
+
+    def __enter__(self) -> "SlowAbove":
+        self.fed_meanwhile = self._watched.fed.wait(5.0)
+        if self._fails:
+            raise RigError("the supervisor's process was not ready")
+        return self
+
+
+@pytest.mark.parametrize("fails", [False, True])
+def test_a_devices_own_watchdog_is_fed_while_those_above_are_started(fails: bool) -> None:
+    """On a machine that took half a second to start two processes it had tripped: no calibration began."""
+    device = Watched()
+    above, before = SlowAbove(device, fails), threading.active_count()
+    with pytest.raises(RigError, match="not ready") if fails else contextlib.nullcontext():
+        held(device, above)
+    assert above.fed_meanwhile
+    assert not device.is_open
+    assert threading.active_count() == before
 
 
 class Buggy(Pressed):
