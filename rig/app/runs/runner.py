@@ -110,12 +110,18 @@ def _run(
             outcome.error = outcome.error or f"the rig was stopped: {explain(Fault.RECORDER_DIED)}"
         outcome.error = outcome.error or ending(session, operator.asked_to_stop)
     finally:
+        last = session.ring.latest()
+        cause = explain(last.fault, message_of(last.fault, session.ring)) if last is not None and last.fault else ""
         left = session.close(lambda line: console("-").print(line, style="yellow", markup=False))
         outcome.runs += left
         outcome.safe, outcome.driven = session.safe, session.ticked
         if session.given_up:
             lost = [f"{run.file}: {run.error}" for run in left if run.error]
             outcome.error = outcome.error or "; ".join(lost) or session.given_up
+        if last is not None and last.run and not any(run.fault for run in outcome.runs):
+            # its recorder was lost before it could tell
+            asked_for = operator.asked_to_stop and last.fault in ASKED_FOR
+            outcome.error = outcome.error or ("" if asked_for else cause)
 
 
 def check_realtime(rig: RigConfig, report: Mapping[str, str], force: bool) -> None:

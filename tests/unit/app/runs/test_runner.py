@@ -337,6 +337,37 @@ def test_a_recorder_that_died_while_nobody_could_look_is_told_too(
     assert "RECORDER_DIED" in ends(outcome)
 
 
+def test_the_fault_of_a_record_whose_recorder_is_lost_before_it_tells_of_it_is_told(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A device that is lost, and a recorder that is killed just after: the last line was about an unfinished file, and
+    said neither why nor what became of the rig."""
+    close = Session.close
+
+    def stopped(session: Session, *_: object) -> None:
+        assert session.recorder is not None
+        assert session.recorder.pid is not None
+        assert session.loop is not None
+        os.kill(session.recorder.pid, signal.SIGSTOP)
+        session.go()
+        session.loop.join()
+
+    def killed(session: Session, *arguments: object) -> list[RunResult]:
+        assert session.recorder is not None
+        session.recorder.kill()
+        session.recorder.join()
+        return close(session, *arguments)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(runner, "watch", stopped)
+    monkeypatch.setattr(Session, "close", killed)
+    rig = compose.load(None)
+    outside = replace(rig, limits=replace(rig.limits, angle_deg=(80.0, 90.0)))
+    outcome = runner.carry_out(outside, [Planned("a", program())], RunOptions(tmp_path / "out", virtual=True))
+    said = ends(outcome)
+    assert said.startswith("ANGLE_LIMIT: ")
+    assert said.endswith(outcome.safe.words)
+
+
 def loop_whose_device_does_not_answer(_: LoopSetup, pipe: Connection) -> None:
     pipe.poll(None)  # until whoever waits for it is gone
 
