@@ -47,6 +47,8 @@ emergency stop."""
 RECORDER_STOPPED_S: Final = 0.2
 """After taking nothing for so long a recorder is asked for: one that somebody has stopped by a signal does not come
 back by itself."""
+_LET_GO_S: Final = 3.0
+"""For an attempt that is under way at the end: to connect, to write, and to look, a second each at most."""
 _POLL_S: Final = 0.002
 _LOOK_NS: Final = 200_000_000
 _LOOKS: Final = 3
@@ -274,7 +276,11 @@ class ProcessWatch:
         return self.safe
 
     def close(self) -> None:
-        """Let go of the loop's process; somebody who still takes over keeps it."""
+        """Let go of the loop's process; somebody who still takes over keeps it. He is waited for: a process that ends
+        in the middle of it would leave the device's own watchdog armed anew, and nobody to feed it."""
+        deadline = time.monotonic() + _LET_GO_S
+        while self._hands.busy and time.monotonic() < deadline:
+            time.sleep(_POLL_S)
         if not self._hands.busy:
             self._descriptor.close()
         self._hands.end()

@@ -204,6 +204,28 @@ def test_a_supervisor_that_works_gets_its_time_and_is_believed(bench: Bench) -> 
     assert bench.wrote_while_alive == []
 
 
+def test_whoever_still_takes_over_at_the_end_comes_to_the_end_of_it(bench: Bench) -> None:
+    """Somebody else was seen to have done it, the command ended, and its own attempt with it, between arming the
+    module's watchdog anew and stopping it: half a second later the outputs went to 0."""
+    began, told, closed = threading.Event(), threading.Event(), threading.Event()
+
+    def slow() -> None:
+        began.set()
+        assert told.wait(5.0)
+        time.sleep(0.1)
+
+    watch = bench.watch(lambda: SecondPath(slow, lambda: True, closed.set))
+    bench.supervisor_works = False
+    bench.loop.end()
+    until(watch, began.is_set)
+    now_ns = time.monotonic_ns()
+    bench.block.tell(SafeReport(Writer.GUARDIAN, LoopVerdict.ENDED, Outcome.SEEN, now_ns, 1, now_ns, now_ns))
+    told.set()
+    assert watch.settle(5.0).writer is Writer.GUARDIAN
+    watch.close()
+    assert closed.is_set()
+
+
 def test_a_lost_supervisor_means_the_safe_state_by_a_loop_that_takes_it(bench: Bench) -> None:
     watch = bench.watch()
     bench.trouble = "the supervisor's process is gone"
