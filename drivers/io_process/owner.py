@@ -25,8 +25,8 @@ _WHY: Final = {
     Trip.SILENCE: "no call came in time (busy machine? hung loop?), so the I/O process wrote the safe set-points; "
     "close and open again",
     Trip.ORPHANED: "its owner was gone, so the I/O process wrote the safe set-points; close and open again",
-    Trip.OUTAGE: "the line was lost while driving; the safe set-points are written as soon as it is back; close and "
-    "open again",
+    Trip.OUTAGE: "the line was lost while driving; while the rig is held, the safe set-points are written as soon as "
+    "it is back; close and open again",
     Trip.ALARM: "another process (the supervisor) took it to the safe set-points; close and open again",
 }
 
