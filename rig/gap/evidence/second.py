@@ -77,14 +77,21 @@ def _told(alone: Posterior, best: _Two, pairs: Sequence[_Two]) -> tuple[Posterio
         chances[two.name] = chances.get(two.name, 0.0) + math.exp(two.log_evidence - total)
     usual = Usual(best.usual, math.exp(best.log_evidence - total)) if best.usual else None
     if usual is not None and usual.effect == first:
-        return (replace(second, usual=usual, fits=second.fits | {first: best.first}),)
-    told = replace(alone, probability=chances, log_odds_beside={}, usual=usual)
+        return (with_usual(second, usual, best.first),)
+    told = replace(alone, probability=chances, log_odds_beside={})
     if usual is not None:
-        return (replace(told, fits=alone.fits | {usual.effect: second.fits[usual.effect]}),)
+        return (with_usual(told, usual, second.fits[usual.effect]),)
     assert second.fit is not None
     return replace(told, fits=alone.fits | {first: _beside(alone, first, second.fit)}), replace(
         second, given=first, usual=None
     )
+
+
+def with_usual(told: Posterior, usual: Usual, fit: Fit) -> Posterior:
+    """The same with an effect that is as large as is usual: no gap, so that without a share of the others' mass, where
+    it did not compete with them."""
+    probability = {usual.effect: 0.0} | told.probability
+    return replace(told, usual=usual, fits=told.fits | {usual.effect: fit}, probability=probability)
 
 
 def _of_both(first: Fit, log_beside: float) -> float:

@@ -14,7 +14,8 @@ from rig.gap.answer.observations import USUAL
 from rig.gap.answer.words.sentences import answers
 from rig.gap.diagnosis import diagnose_with_grounds
 from rig.gap.evidence.posterior import Posterior
-from rig.gap.evidence.usual_sizes import nothing, times_usual
+from rig.gap.evidence.second import with_usual
+from rig.gap.evidence.usual_sizes import Usual, nothing, times_usual
 from rig.gap.hypotheses.library import NONE, chosen
 from rig.gap.pipeline import Question, weigh
 from rig.gap.plan.capability import capability
@@ -75,6 +76,19 @@ def test_beside_another_cause_what_is_usual_is_no_second_one() -> None:
     assert one.beside < 0.5
     assert one.usual is not None
     assert one.usual.effect == "valve_dead_band"
+
+
+def test_what_did_not_compete_alone_may_be_usual_beside_another() -> None:
+    """A law that leaves more than it changes does not compete by itself, and may fit beside the first cause."""
+    (hold,) = pressures(None, held(0.05))
+    fit = hold.fits["valve_dead_band"]
+    (alone,) = pressures(None, LOUD)
+    without = {name: chance for name, chance in alone.probability.items() if name != "valve_dead_band"}
+    fits = {name: one for name, one in alone.fits.items() if name != "valve_dead_band"}
+    told = with_usual(replace(alone, probability=without, fits=fits), Usual("valve_dead_band", 0.9), fit)
+    assert told.fits.keys() <= told.probability.keys()
+    assert told.probability["valve_dead_band"] == 0.0
+    assert told.best == alone.best
 
 
 def test_without_anything_usual_nothing_is_as_likely_as_it_was() -> None:
