@@ -89,7 +89,7 @@ def records_of(named: Named) -> list[Record]:
 
 
 def _record(name: str, columns: Columns) -> Record:
-    measured = {column: values for column, values in columns.items() if column != ZERO_FACT}
-    zero = columns.get(ZERO_FACT)
-    facts = {} if zero is None else {ZERO_FACT: float(zero[0])}
-    return Record(name=name, facts=facts, **dict[str, Any](measured))
+    given: dict[str, Any] = {column: values for column, values in columns.items() if column != ZERO_FACT}
+    if ZERO_FACT in columns:
+        given["facts"] = {**given.get("facts", {}), ZERO_FACT: float(columns[ZERO_FACT][0])}
+    return Record(name=name, **given)
