@@ -61,6 +61,11 @@ class Record:
         return channels_of(self.facts, self.name)
 
     @property
+    def zeroed(self) -> bool:
+        """The angle at rest was taken for zero at its start."""
+        return bool(self.facts.get(ZERO_FACT))
+
+    @property
     def has_pressures(self) -> bool:
         """Both muscles' pressures were measured."""
         return not self.unmeasured

@@ -161,7 +161,6 @@ def draw_sheet(
     family_name: str = NAMES[0],
     known: Sequence[str] | None = None,
     against: str = DAYS,
-    own_zero: bool = False,
 ) -> list[Case]:
     """n cases in an order that tells nothing; the same arguments give the same sheet.
 
@@ -183,11 +182,10 @@ def draw_sheet(
     }
     rows = [(kind, next(drawn[kind])) for kind in kinds]
     order = random.permutation(n)
-    cases = [
+    return [
         _draw_case(purpose, seed, number, *rows[int(order[number])], (family_name, against), random)
         for number in range(n)
     ]
-    return [replace(case, own_zero=own_zero) for case in cases]
 
 
 def draw_bench(chosen: Family, plant: Unit, random: Generator) -> Bench:

@@ -22,7 +22,6 @@ from hil.reference.disturbance import Disturbance, merged
 from hil.reference.effect_law import EffectLaw
 from hil.reference.excitations import Excitation
 from hil.reference.names import NAMES, STEPPED
-from hil.reference.own_zero import OwnZero
 from hil.reference.plant import Build, PlantDay, make_plant
 from rig.errors import RigError
 
@@ -89,8 +88,7 @@ class Family:
 
     def make(self, seed: int) -> Unit:
         """The unit of that number."""
-        plant = make_plant(self.build, seed)
-        return OwnZero(plant) if self.own_zero else plant
+        return make_plant(self.build, seed, self.own_zero)
 
     @property
     def laws(self) -> dict[str, EffectLaw]:

@@ -14,6 +14,7 @@ from numpy.random import Generator, SeedSequence, default_rng
 
 from hil.reference.compiling import Array
 from hil.reference.disturbance import Disturbance
+from hil.reference.own_zero import from_own_zero, rest_rows, resting_before
 from rig.errors import RigError
 
 
@@ -85,6 +86,8 @@ class ReferencePlant:
     build: Build
     physics: Any
     zero_rad: float
+    own_zero: bool = False
+    """Each record counts the angle from where the joint rested before it, and not from there."""
 
     def session(self, seed: int, drift: float = 0.004) -> PlantDay:
         """A day on this unit; `drift` is the relative standard deviation of what drifts (0.004 to 0.02)."""
@@ -105,16 +108,19 @@ class ReferencePlant:
     ) -> dict[str, Array]:
         """One record; see hil.reference.families.Unit."""
         build, wrong = self.build, disturbance or self.build.healthy
+        rest = rest_rows(period_s) if self.own_zero else 0
+        p1_cmd_mpa, p2_cmd_mpa = (resting_before(column, rest) for column in (p1_cmd_mpa, p2_cmd_mpa))
         random = default_rng(SeedSequence((build.seeds.noise, session.seed, noise_seed)))
         motion = _true_motion(build, (p1_cmd_mpa, p2_cmd_mpa), period_s, session, wrong, random)
         motion = build.stamped(motion, period_s, wrong.timing)
         motion[2] -= self.zero_rad
         columns = build.readings(motion, wrong.reading, session, period_s, random)
         p1, p2, angle = build.lost(columns, wrong.timing, random)
-        return {
+        record = {
             "t_s": np.arange(len(p1_cmd_mpa)) * period_s, "p1_cmd_mpa": p1_cmd_mpa, "p2_cmd_mpa": p2_cmd_mpa,
             "dp_cmd_mpa": p1_cmd_mpa - p2_cmd_mpa, "p1_mpa": p1, "p2_mpa": p2, "angle_deg": angle,
         }  # fmt: skip
+        return from_own_zero(record, rest, period_s) if self.own_zero else record
 
 
 def varied(nominal: dict[str, float], spreads: Mapping[str, float], random: Generator) -> dict[str, float]:
@@ -126,13 +132,13 @@ def varied(nominal: dict[str, float], spreads: Mapping[str, float], random: Gene
     return {name: value * off.get(name, 1.0) for name, value in nominal.items()}
 
 
-def make_plant(build: Build, unit_seed: int) -> ReferencePlant:
+def make_plant(build: Build, unit_seed: int, own_zero: bool = False) -> ReferencePlant:
     """The unit of that number; the same number gives the same unit."""
     physics, step_s = build.draw_unit(default_rng(SeedSequence((build.seeds.unit, unit_seed)))), build.step_s
     quiet = np.full(round(0.5 / step_s), 0.2)
     settling = round(build.settle_s / step_s)
     out = build.integrate(quiet, quiet, len(quiet), settling, step_s, 0.0, physics, build.healthy.rig)
-    return ReferencePlant(build, physics, float(out[2, 0]))
+    return ReferencePlant(build, physics, float(out[2, 0]), own_zero)
 
 
 def _true_motion(

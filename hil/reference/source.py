@@ -5,7 +5,7 @@ Fits the protocol of `rig.blind_check.source` by its shape; knows nothing of rec
 
 import hashlib
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -87,10 +87,10 @@ class PhysicsSource:
         parts = [(family, against) for family in self.families for against in self.against]
         shares = [cases * (k + 1) // len(parts) - cases * k // len(parts) for k in range(len(parts))]
         sheets = [
-            draw_sheet(self.purpose, seed, share, family, self.known, against, self.own_zero)
+            draw_sheet(self.purpose, seed, share, family, self.known, against)
             for share, (family, against) in zip(shares, parts, strict=True)
         ]
-        return [case.label() for sheet in sheets for case in sheet]
+        return [replace(case, own_zero=self.own_zero).label() for sheet in sheets for case in sheet]
 
     def bench_key(self, label: dict[str, Any]) -> str:
         case = _case(label)

@@ -18,7 +18,7 @@ from rig.gap.answer.consistency import contradictions
 from rig.gap.answer.facts import ABSORBED_SHARE, Verdict
 from rig.gap.hypotheses.library import LIBRARY, UNKNOWN, effect_class
 from rig.gap.raw_tests.levels import loudness
-from rig.record import ZERO_FACT, Column, Record
+from rig.record import Column, Record
 
 UNPREDICTABLE: Final = {name for name, effect in LIBRARY.items() if effect.signature}
 """Effects whose course a simulator cannot repeat, only their strength: their gap is the high-frequency rms."""
@@ -140,7 +140,7 @@ def realised(
     for record in records_of(untouched):
         change = _model_change(model, added, answer.get("mean_exponent"), record)
         columns = [_angle(record), *(_angle(day[record.name]) for day in days), change]
-        if ZERO_FACT in record.facts:
+        if record.zeroed:
             columns = [column - np.mean(column) for column in columns]
         case, *others, change = columns
         part = (loudness if stochastic else _course)(case, others, change)

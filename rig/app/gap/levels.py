@@ -103,8 +103,8 @@ def calibrate(plan: FittingPlan, report: Callable[[int], None] = lambda done: No
         of_each = [[day for day in days if day.reference == name] for name in names]
         made = zip(names, pool.map(partial(_levels, prior=prior), of_each), strict=True)
         levels = {name: replace(one, odds=shipped.levels[name].odds) for name, one in made}
-        rough = law_errors(pool, rigs, report, 2 * len(rigs))
-        own_zero = law_errors(pool, [replace(case, own_zero=True) for case in rigs], report, 3 * len(rigs))
+        rough = _law_errors(pool, rigs, report, 2 * len(rigs))
+        own_zero = _law_errors(pool, [replace(case, own_zero=True) for case in rigs], report, 3 * len(rigs))
     laws, laws_own_zero = usual_errors(rough), usual_errors(own_zero)
     provenance = provenance_of(plan, shipped, laws, laws_own_zero)
     prior = replace(
@@ -116,9 +116,7 @@ def calibrate(plan: FittingPlan, report: Callable[[int], None] = lambda done: No
     return replace(shipped, provenance=provenance, levels=levels, prior=prior)
 
 
-def law_errors(
-    pool: Executor, rigs: Sequence[Case], report: Callable[[int], None] = lambda done: None, before: int = 0
-) -> list[LawError]:
+def _law_errors(pool: Executor, rigs: Sequence[Case], report: Callable[[int], None], before: int) -> list[LawError]:
     """How rough the laws are on these rigs; `report` is told after each how many are done, with those `before`."""
     found = reported(pool.map(of_rig, range(len(rigs)), rigs), report, before)
     return [error for some in found for error in some]

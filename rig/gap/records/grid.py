@@ -15,7 +15,7 @@ from rig.gap.records.partners import Partner
 from rig.gap.records.periods import whole_periods
 from rig.gap.records.settings import LEAST_COVERED_SAID, LONGEST_BRIDGE_S
 from rig.identify.response.response_fit import GRID_S, SMOOTHING_S
-from rig.record import ZERO_FACT, Column, Record
+from rig.record import Column, Record
 from rig.smoothing import smoothed
 
 
@@ -65,7 +65,7 @@ class Pair:
     @property
     def zeroed(self) -> bool:
         """The angle at rest was taken for zero at the start of the case's record."""
-        return bool(self.raw.facts.get(ZERO_FACT))
+        return self.raw.zeroed
 
 
 def rows_apart(period_s: float) -> int:
