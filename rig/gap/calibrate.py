@@ -87,7 +87,7 @@ def fit_monitors(
     """The share of the monitors' offsets that is their own error (`Levels.monitors`), from pressures and angle of the
     same healthy days: the likeliest of SHARES, every family's mean day counting alike."""
     said = [
-        [_mean([_tied(*day, Levels(pressures, angle, 0.0, monitors=share), prior) for day in days]) for share in SHARES]
+        [_mean([_tied(*day, Levels(pressures, angle, 0.0, share), prior) for day in days]) for share in SHARES]
         for days in families
     ]
     return SHARES[int(np.argmax(np.sum(said, axis=0)))]

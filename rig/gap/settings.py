@@ -254,9 +254,6 @@ class Levels:
     """Of the angle under the measured pressures."""
     commanded_floor: float
     """As `floor`, of the angle under the commands."""
-    moving_floor: float | None = None
-    """The same of what moves, without the mean of each record: of records that took their own zero. Less: a healthy rig
-    stands above its floor. None, in a file of before it was fitted: as `commanded_floor`."""
     monitors: float = 0.0
     """Of the variance of the offsets that monitors show, the share that is their own error, to which the muscles do not
     answer. 0: what the pressures show tells nothing of the monitors."""
@@ -280,10 +277,6 @@ class Prior:
     """Effect -> its laws' usual error: what the best of them leaves of its own change (rms) where a rig acts by another
     law, beside what days differ in; fitted by `pamrig gap calibrate` (docs/decisions/0582). Larger: the effect is named
     where it fits less well, and something unknown is sooner taken for it."""
-    laws_own_zero: Mapping[str, float] = field(default_factory=dict, hash=False)
-    """The same of records that each took the angle at rest for zero: of a change that turns the joint there, what moves
-    beside that is a small part, and a law that is nearly right of the whole may be wrong by half of it
-    (docs/decisions/0650). Effects that are not here are as rough as in `laws`."""
     law_shares: tuple[float, ...] = ()
     """How rough a law is on another build, over its usual error: points of that distribution, each as likely as the
     others; fitted by `pamrig gap calibrate`, each family beside the others (docs/decisions/0585). Larger: an effect
@@ -304,11 +297,6 @@ class Prior:
     """By what the log odds between effects are divided before they are told (`rig.gap.temperature`); fitted on cases of
     development, by `pamrig gap study temperature`. More: names are less sure, sets larger, and another experiment is
     recommended sooner."""
-
-    @property
-    def of_own_zero(self) -> "Prior":
-        """What is thought of records that each took their own zero."""
-        return replace(self, laws={**self.laws, **self.laws_own_zero})
 
     def log_density(self, share: float) -> float:
         """Of the logarithm of what an effect changes, as a share of what moves anyhow (rms)."""
@@ -374,8 +362,7 @@ def fitted(path: Path = PRIORS) -> Fitted:
         return found
     prior, shipped = found.prior, fitted().prior
     laws, shares = prior.laws or shipped.laws, prior.law_shares or shipped.law_shares
-    own_zero = prior.laws_own_zero or shipped.laws_own_zero
-    return replace(found, prior=replace(prior, laws=laws, laws_own_zero=own_zero, law_shares=shares))
+    return replace(found, prior=replace(prior, laws=laws, law_shares=shares))
 
 
 def _by_parts(raw: object) -> object:

@@ -6,7 +6,6 @@ fingerprint and the simulator that the identification made, and beside the simul
 """
 
 from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
-from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 from datetime import datetime
 from functools import partial
@@ -18,7 +17,7 @@ import yaml
 
 from hil.reference.cases import CASES_PER_UNIT, Bench, Case, Purpose, bench_of, draw_sheet
 from hil.reference.names import NAMES, NOT_FITTED
-from rig.app.gap.law_errors import LawError, of_rig, shares_of_usual, usual_errors
+from rig.app.gap.law_errors import of_rig, shares_of_usual, usual_errors
 from rig.blind_check.generate import nominal_model
 from rig.blind_check.source import records_of
 from rig.columns import rms
@@ -28,7 +27,7 @@ from rig.gap.calibrate import fit_builds, fit_levels, fit_monitors, of_another_b
 from rig.gap.hypotheses.inverse_problems import parts_of_angle, parts_of_pressures
 from rig.gap.provenance import FitProvenance, Origin
 from rig.gap.records.pairs import pair_up
-from rig.gap.reference.build import SISTER, Expected, Kind, expect, without_mean
+from rig.gap.reference.build import SISTER, Expected, Kind, expect
 from rig.gap.reference.expectation import Parts
 from rig.gap.settings import Fitted, Levels, Prior, fitted
 from rig.model.parameters import Model
@@ -39,8 +38,8 @@ from rig.parallel import executor
 from rig.record import Record
 
 R = TypeVar("R")
-STEPS = 4
-"""Rounds over the rigs: identified, their days, their effects, and these in records that took their own zero."""
+STEPS = 3
+"""Rounds over the rigs: identified, their days, their effects."""
 DAYS = (1, 3, 5)
 """Healthy days that are held beside the first."""
 DIGITS = 4
@@ -69,8 +68,6 @@ class HealthyDay:
     angle: Parts
     commanded: float
     """Rms of the angle's deviation under the commands, as a share of its span."""
-    commanded_moving: float
-    """The same of what moves: without the mean of each record."""
 
 
 def known_families(names: Sequence[str], left_out: Sequence[str] = ()) -> tuple[str, ...]:
@@ -103,29 +100,16 @@ def calibrate(plan: FittingPlan, report: Callable[[int], None] = lambda done: No
         of_each = [[day for day in days if day.reference == name] for name in names]
         made = zip(names, pool.map(partial(_levels, prior=prior), of_each), strict=True)
         levels = {name: replace(one, odds=shipped.levels[name].odds) for name, one in made}
-        rough = _law_errors(pool, rigs, report, 2 * len(rigs))
-        own_zero = _law_errors(pool, [replace(case, own_zero=True) for case in rigs], report, 3 * len(rigs))
-    laws, laws_own_zero = usual_errors(rough), usual_errors(own_zero)
-    provenance = provenance_of(plan, shipped, laws, laws_own_zero)
-    prior = replace(
-        prior,
-        laws={**prior.laws, **laws},
-        laws_own_zero={**prior.laws_own_zero, **laws_own_zero},
-        law_shares=shares_of_usual(rough, prior.law_shares),
-    )
+        errors = reported(pool.map(of_rig, range(len(rigs)), rigs), report, 2 * len(rigs))
+        rough = [error for some in errors for error in some]
+    laws = usual_errors(rough)
+    provenance = provenance_of(plan, shipped, laws)
+    prior = replace(prior, laws={**prior.laws, **laws}, law_shares=shares_of_usual(rough, prior.law_shares))
     return replace(shipped, provenance=provenance, levels=levels, prior=prior)
 
 
-def _law_errors(pool: Executor, rigs: Sequence[Case], report: Callable[[int], None], before: int) -> list[LawError]:
-    """How rough the laws are on these rigs; `report` is told after each how many are done, with those `before`."""
-    found = reported(pool.map(of_rig, range(len(rigs)), rigs), report, before)
-    return [error for some in found for error in some]
-
-
-def provenance_of(
-    plan: FittingPlan, before: Fitted, laws: Collection[str], laws_own_zero: Collection[str]
-) -> FitProvenance:
-    """The provenance once levels, and the errors of these laws, are fitted anew; of the odds, and of what no rig told
+def provenance_of(plan: FittingPlan, before: Fitted, laws: Collection[str]) -> FitProvenance:
+    """The provenance once levels, and the errors of these `laws`, are fitted anew; of the odds, and of what no rig told
     anything of, as it was."""
     rigs = plan.units * len(plan.families)
     provenance = before.provenance
@@ -136,14 +120,12 @@ def provenance_of(
     untouched = [
         *(f"levels.{name}.odds" for name in before.levels),
         *(f"prior.laws.{name}" for name in before.prior.laws if name not in laws),
-        *(f"prior.laws_own_zero.{name}" for name in before.prior.laws_own_zero if name not in laws_own_zero),
     ]
     kept = {
         path: one for path, one in provenance.parts.items() if any(path.startswith(f"{below}.") for below in untouched)
     }
     kept |= {path: one for path in untouched if (one := provenance.of(path)) is not None}
-    fitted_now = ("levels", "prior.laws", "prior.laws_own_zero", "prior.law_shares")
-    renewed = provenance.renewed(dict.fromkeys(fitted_now, made))
+    renewed = provenance.renewed({"levels": made, "prior.laws": made, "prior.law_shares": made})
     return FitProvenance(list(plan.families), rigs, rigs * len(DAYS), {**renewed.parts, **kept})
 
 
@@ -212,11 +194,16 @@ def uncorrected(model: Model) -> Model:
 
 def _healthy(family: str, expected: Expected) -> HealthyDay:
     angle, _ = parts_of_angle(expected)
-    used = [context.pair.used for context in expected.contexts]
-    off = [context.pair.case.angle_deg - context.reference.angle_deg for context in expected.contexts]
-    moving = [without_mean(*one) for one in zip(off, used, strict=True)]
-    commanded, commanded_moving = (rms(np.concatenate(one), angle.lines.used) / angle.span for one in (off, moving))
-    return HealthyDay(family, expected.levels, parts_of_pressures(expected)[0], angle, commanded, commanded_moving)
+    reference = np.concatenate([context.reference.angle_deg for context in expected.contexts])
+    measured = np.concatenate([context.pair.case.angle_deg for context in expected.contexts])
+    commanded = rms(measured - reference, angle.lines.used) / angle.span
+    return HealthyDay(
+        family,
+        expected.levels,
+        parts_of_pressures(expected)[0],
+        angle,
+        commanded,
+    )
 
 
 def _levels(days: Sequence[HealthyDay], prior: Prior) -> Levels:
@@ -231,21 +218,11 @@ def _levels(days: Sequence[HealthyDay], prior: Prior) -> Levels:
     )
     if days[0].reference == SISTER:
         pressures = of_another_build(pressures, len(families))
-    made = Levels(pressures, angle, *commanded_floors(families), monitors=monitors)
+    commanded = [np.sqrt(np.mean([day.commanded**2 for day in some])) for some in families]
+    made = Levels(pressures, angle, float(np.exp(np.mean(np.log(commanded)))), monitors)
     if days[0].reference not in (Kind.SIMULATOR.value, SISTER):
         return made
     return replace(made, builds=fit_builds([[day.pressures for day in some] for some in families], pressures, prior))
-
-
-def commanded_floors(families: Sequence[Sequence[HealthyDay]]) -> tuple[float, float]:
-    """By how much the angle under the commands is usually off, and by how much its motion: shares of its span, rms
-    over the days of a family, geometric mean over families."""
-
-    def usual(rms_of: Callable[[HealthyDay], float]) -> float:
-        of_each = [np.mean([rms_of(day) ** 2 for day in days]) for days in families]
-        return float(np.exp(0.5 * np.mean(np.log(of_each))))
-
-    return usual(lambda day: day.commanded), usual(lambda day: day.commanded_moving)
 
 
 def first_cases(family: str, plan: FittingPlan) -> list[Case]:

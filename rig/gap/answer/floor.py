@@ -6,11 +6,10 @@ from functools import partial
 import numpy as np
 
 from rig.gap.hypotheses.inverse_problems import floor_deg
-from rig.gap.reference.build import Expected, Kind, from_own_zeros, rms_of
+from rig.gap.reference.build import Expected, Kind, rms_of
 from rig.gap.reference.own_days import angle_days, own_floor
 from rig.gap.reference.unrepeated import Unrepeated, of_contexts
 from rig.gap.settings import Fitted
-from rig.record import Column
 
 LEAST_DEG = 1e-6
 """No floor is lower: gaps are told as multiples of it."""
@@ -28,31 +27,14 @@ class Floor:
 
 def floor_of(expected: Expected, settings: Fitted) -> Floor:
     """What is usual, or what the rig's own days differ by, and no less than what the reference is known to miss, of the
-    angle and through the pressures, or than what the rig does not repeat; as the gap, of what moves alone where each
-    record took its own zero."""
-    usual = _usual_deg(expected, settings)
+    angle and through the pressures, or than what the rig does not repeat."""
+    usual = floor_deg(expected, settings)
     commanded = partial(angle_days, response=expected.response, driven=False)
-    days = [_counted(day, expected) for day in commanded(expected.contexts).T]
-    used = np.concatenate([pair.used for pair in expected.pairs])
-    own = own_floor(usual, np.array(days).T, used) if days else usual
+    own = own_floor(usual, commanded(expected.contexts), np.concatenate([pair.used for pair in expected.pairs]))
     known = float(np.hypot(expected.missed_deg, _through_pressures(expected)))
     anew = of_contexts(expected.contexts, commanded)
     notes = (_unsteady(anew),) if anew.rms > usual else ()
     return Floor(max(own, known, anew.rms, LEAST_DEG), notes)
-
-
-def _usual_deg(expected: Expected, settings: Fitted) -> float:
-    """Rms by which such references usually miss the angle under the commands."""
-    levels, whole = settings.levels[expected.levels], floor_deg(expected, settings)
-    if not expected.zeroed or levels.moving_floor is None:
-        return whole
-    return whole * levels.moving_floor / levels.commanded_floor
-
-
-def _counted(day: Column, expected: Expected) -> Column:
-    """What a day is off (n,), counted as the gap is."""
-    of_records = np.split(day, np.cumsum([len(pair) for pair in expected.pairs])[:-1])
-    return np.concatenate(from_own_zeros(of_records, expected))
 
 
 def floor_source(expected: Expected) -> str:

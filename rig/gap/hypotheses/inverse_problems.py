@@ -161,11 +161,9 @@ def angle_forward(expected: Expected, settings: Fitted, whole: Expected | None =
     moving = float(np.std(np.concatenate(base)))
     scales = law_scales((whole or expected).contexts, expected.response.tau0_s)
     change = angle_change(contexts, base, response, expected.driven)
-    prior = settings.prior
-    if expected.zeroed:
-        change, prior = _from_own_zeros(change, contexts), prior.of_own_zero
+    change = _from_own_zeros(change, contexts) if expected.zeroed else change
     return ForwardModel(
-        factor, change, response, scales, moving, prior, reference_levels.odds,
+        factor, change, response, scales, moving, settings.prior, reference_levels.odds,
         lambda changed: factor.rms(changed) / floor_deg(expected, settings), reference_levels.usual,
     )  # fmt: skip
 

@@ -103,20 +103,3 @@ def test_samples_that_fall_to_the_sensors_own_zero_fall_to_one_value_whatever_ze
     assert cause.effect == "sensor_dropout"
     assert cause.parameters["probability"].value == pytest.approx(0.01, rel=0.3)
     assert cause.parameters["rail_deg"].value == pytest.approx(-3.0, abs=0.3)
-
-
-@pytest.mark.parametrize("days", [1, 3])
-def test_the_floor_of_records_that_took_their_own_zero_is_of_what_moves(days: int) -> None:
-    """What the days' zeros differ by is in no such record, and in no floor."""
-
-    def own(day: Sequence[Record], by_deg: float) -> list[Record]:
-        return [replace(record, facts={"angle_zero_deg": 0.1}) for record in turned(day, by_deg)]
-
-    plain, healthy = [list(day) for day in baselines()[:days]], session(72)
-    counted = diagnose(None, healthy, plain).gap
-    still = [own(day, 0.0) for day in plain]
-    turned_days = [own(day, 0.5 * k) for k, day in enumerate(plain)]
-    here, there = (diagnose(None, own(healthy, 0.0), earlier).gap for earlier in (still, turned_days))
-    assert here.floor_deg < 0.8 * counted.floor_deg
-    assert there.floor_deg == pytest.approx(here.floor_deg, rel=1e-6)
-    assert here.rms_deg < here.floor_deg

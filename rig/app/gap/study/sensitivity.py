@@ -120,18 +120,12 @@ def _priors() -> Iterator[DecidingNumber]:
     )
     usual = next(levels.usual for levels in priors.levels.values() if levels.usual is not None)
     yield from (DecidingNumber(PRIORS, f"usual.{effect}", scale) for effect, scale in usual.scales.items())
-    yield from _floors(next(iter(priors.levels.values())))
+    yield DecidingNumber(PRIORS, "commanded_floor", next(iter(priors.levels.values())).commanded_floor)
     if priors.noise is not None:
         yield from (
             DecidingNumber(PRIORS, f"noise.{field.name}", getattr(priors.noise, field.name))
             for field in fields(UsualNoise)
         )
-
-
-def _floors(levels: Levels) -> Iterator[DecidingNumber]:
-    yield DecidingNumber(PRIORS, "commanded_floor", levels.commanded_floor)
-    if levels.moving_floor is not None:
-        yield DecidingNumber(PRIORS, "moving_floor", levels.moving_floor)
 
 
 def answered(
@@ -176,9 +170,6 @@ def moved_priors(priors: Fitted, number: DecidingNumber, factor: float) -> Fitte
 def _moved_levels(levels: Levels, part: str, name: str, factor: float) -> Levels:
     if part == "commanded_floor":
         return replace(levels, commanded_floor=levels.commanded_floor * factor)
-    if part == "moving_floor":
-        was_moving = levels.moving_floor
-        return levels if was_moving is None else replace(levels, moving_floor=was_moving * factor)
     if part == "builds":
         was = levels.builds
         return levels if was is None else replace(levels, builds=replace(was, **{name: getattr(was, name) * factor}))

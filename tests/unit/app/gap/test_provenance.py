@@ -71,14 +71,13 @@ def test_what_is_renewed_takes_what_stood_under_it_along_and_nothing_beside_it()
 def test_levels_fitted_anew_leave_the_odds_the_intervals_and_what_no_rig_told_anything_of() -> None:
     shipped = fitted()
     told = [name for name in shipped.prior.laws if name != "delay"]
-    made = provenance_of(FittingPlan(("bellows",), 3, 7), shipped, told, told)
+    made = provenance_of(FittingPlan(("bellows",), 3, 7), shipped, told)
     assert (made.families, made.units, made.healthy_records) == (["bellows"], 3, 9)
     changed = {path for path in NUMBERS if made.of(path) != shipped.provenance.of(path)}
     assert changed == {
         path
         for path in NUMBERS
-        if path.startswith(("levels.", "prior.laws.", "prior.laws_own_zero.", "prior.law_shares"))
-        and ".odds." not in path
-    } - {"prior.laws.delay", "prior.laws_own_zero.delay"}
+        if path.startswith(("levels.", "prior.laws.", "prior.law_shares")) and ".odds." not in path
+    } - {"prior.laws.delay"}
     assert all(made.of(path) == made.parts["levels"] for path in changed)
     assert made.parts["levels"].seeds == [7]

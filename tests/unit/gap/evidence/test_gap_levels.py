@@ -89,11 +89,11 @@ def test_what_the_pressures_show_is_taken_off_the_angle_and_leaves_less_doubt() 
     prior = fitted().prior
     factor = pressures.factor(SHOWN, prior)
     left = pressures.lines.of(pressures.gap)
-    wrong = misread(factor, left, Levels(SHOWN, FELT, 0.0, monitors=0.9))
+    wrong = misread(factor, left, Levels(SHOWN, FELT, 0.0, 0.9))
     assert np.array(wrong.offset_mpa) == pytest.approx(0.9 * pressures.gap[[0, -1]], abs=2e-4)
     assert wrong.spread_mpa < 0.5 * FELT.patterns["monitor_mpa"]
     assert wrong.levels(FELT).patterns["monitor_mpa"] == wrong.spread_mpa
-    untied = misread(factor, left, Levels(SHOWN, FELT, 0.0, monitors=0.0))
+    untied = misread(factor, left, Levels(SHOWN, FELT, 0.0, 0.0))
     assert untied.offset_mpa == (0.0, 0.0)
     assert untied.spread_mpa == pytest.approx(FELT.patterns["monitor_mpa"])
     said = [
