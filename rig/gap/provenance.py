@@ -1,6 +1,6 @@
 """Where the fitted numbers of the diagnosis come from: each part of `priors.yaml` with what wrote it, and on what."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 
 BY_HAND, NOT_RECORDED, EVERYTHING = "by hand", "not recorded", "all"
@@ -43,9 +43,14 @@ class FitProvenance:
         paths = [".".join(keys[:count]) for count in range(len(keys), 0, -1)]
         return next((self.parts[one] for one in (*paths, EVERYTHING) if one in self.parts), None)
 
-    def renewed(self, made: Mapping[str, Origin]) -> "FitProvenance":
-        """The same with other origins under these paths, and whatever stood under longer ones gone."""
-        kept = {
-            path: one for path, one in self.parts.items() if not any(f"{path}.".startswith(f"{new}.") for new in made)
-        }
-        return replace(self, parts={**kept, **made})
+    def renewed(self, made: Mapping[str, Origin], untouched: Iterable[str] = ()) -> "FitProvenance":
+        """The same with other origins under these paths, and whatever stood under longer ones gone, but for what stands
+        under the paths `untouched`."""
+        as_before = {path: one for path in untouched if (one := self.of(path)) is not None}
+        as_before |= {path: one for path, one in self.parts.items() if _under(path, as_before)}
+        beside = {path: one for path, one in self.parts.items() if not _under(path, made)}
+        return replace(self, parts={**beside, **made, **as_before})
+
+
+def _under(path: str, above: Iterable[str]) -> bool:
+    return any(f"{path}.".startswith(f"{one}.") for one in above)

@@ -275,11 +275,11 @@ class Prior:
     """Standard deviation of its logarithm."""
     laws: Mapping[str, float] = field(default_factory=dict, hash=False)
     """Effect -> its laws' usual error: what the best of them leaves of its own change (rms) where a rig acts by another
-    law, beside what days differ in; fitted by `pamrig gap calibrate` (docs/decisions/0582). Larger: the effect is named
-    where it fits less well, and something unknown is sooner taken for it."""
+    law, beside what days differ in; fitted by `pamrig gap study laws` (docs/decisions/0582). Larger: the effect is
+    named where it fits less well, and something unknown is sooner taken for it."""
     law_shares: tuple[float, ...] = ()
     """How rough a law is on another build, over its usual error: points of that distribution, each as likely as the
-    others; fitted by `pamrig gap calibrate`, each family beside the others (docs/decisions/0585). Larger: an effect
+    others; fitted by `pamrig gap study laws`, each family beside the others (docs/decisions/0585). Larger: an effect
     whose law fits badly is named in place of something unknown, or of one whose law is usually rough."""
     rho_scale: float = 1.0
     """Factor on every law's usual error. Larger: rough and exact laws come closer."""

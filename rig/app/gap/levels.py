@@ -1,11 +1,11 @@
 """What `pamrig gap calibrate` does: the levels of every reference, fitted on healthy days of development units of all
-plant families, and how rough the library's laws are on these (`rig.app.gap.law_errors`).
+plant families.
 
 Each unit is identified on its first day, as a user would; further days then stand beside that day, beside the
 fingerprint and the simulator that the identification made, and beside the simulator of the next unit of the same build.
 """
 
-from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from datetime import datetime
 from functools import partial
@@ -17,7 +17,6 @@ import yaml
 
 from hil.reference.cases import CASES_PER_UNIT, Bench, Case, Purpose, bench_of, draw_sheet
 from hil.reference.names import NAMES, NOT_FITTED
-from rig.app.gap.law_errors import of_rig, shares_of_usual, usual_errors
 from rig.blind_check.generate import nominal_model
 from rig.blind_check.source import records_of
 from rig.columns import rms
@@ -38,11 +37,13 @@ from rig.parallel import executor
 from rig.record import Record
 
 R = TypeVar("R")
-STEPS = 3
-"""Rounds over the rigs: identified, their days, their effects."""
+STEPS = 2
+"""Rounds over the rigs: identified, their days."""
 DAYS = (1, 3, 5)
 """Healthy days that are held beside the first."""
 DIGITS = 4
+FITTED_BY_OTHERS = ("odds", "usual")
+"""Of the levels of a reference: by `pamrig gap study odds` and `usual`."""
 OF_DAYS = (Kind.SESSION.value, Kind.FINGERPRINT.value)
 """References that describe the rig as closely as days repeat; the others miss more than days differ by."""
 
@@ -85,10 +86,9 @@ def known_families(names: Sequence[str], left_out: Sequence[str] = ()) -> tuple[
 
 
 def calibrate(plan: FittingPlan, report: Callable[[int], None] = lambda done: None) -> Fitted:
-    """The levels of session, fingerprint, simulator and sister, the laws' usual errors and how far these may be off;
-    the rest, odds as well, stays as it is. `report` is told how many of STEPS times the rigs are done."""
+    """The levels of session, fingerprint, simulator and sister; the rest, their odds and what simulators usually lack
+    as well, stays as it is. `report` is told how many of STEPS times the rigs are done."""
     shipped = fitted()
-    prior = shipped.prior
     sheets = [first_cases(name, plan) for name in plan.families]
     rigs = [case for sheet in sheets for case in sheet]
     with executor(None, plan.workers) as pool:
@@ -98,35 +98,31 @@ def calibrate(plan: FittingPlan, report: Callable[[int], None] = lambda done: No
         days = [day for some in reported(found, report, len(rigs)) for day in some]
         names = list(dict.fromkeys(day.reference for day in days))
         of_each = [[day for day in days if day.reference == name] for name in names]
-        made = zip(names, pool.map(partial(_levels, prior=prior), of_each), strict=True)
-        levels = {name: replace(one, odds=shipped.levels[name].odds) for name, one in made}
-        errors = reported(pool.map(of_rig, range(len(rigs)), rigs), report, 2 * len(rigs))
-        rough = [error for some in errors for error in some]
-    laws = usual_errors(rough)
-    provenance = provenance_of(plan, shipped, laws)
-    prior = replace(prior, laws={**prior.laws, **laws}, law_shares=shares_of_usual(rough, prior.law_shares))
-    return replace(shipped, provenance=provenance, levels=levels, prior=prior)
+        made = zip(names, pool.map(partial(_levels, prior=shipped.prior), of_each), strict=True)
+        levels = {name: with_what_others_fit(one, shipped.levels[name]) for name, one in made}
+    return replace(shipped, provenance=provenance_of(plan, shipped), levels=levels)
 
 
-def provenance_of(plan: FittingPlan, before: Fitted, laws: Collection[str]) -> FitProvenance:
-    """The provenance once levels, and the errors of these `laws`, are fitted anew; of the odds, and of what no rig told
-    anything of, as it was."""
+def with_what_others_fit(made: Levels, before: Levels) -> Levels:
+    """Levels fitted anew, with what other commands fit as it was before."""
+    return replace(made, **{name: getattr(before, name) for name in FITTED_BY_OTHERS})
+
+
+def provenance_of(plan: FittingPlan, before: Fitted) -> FitProvenance:
+    """The provenance once levels are fitted anew; of what other commands fit, as it was."""
     rigs = plan.units * len(plan.families)
-    provenance = before.provenance
     made = origin(
         f"pamrig gap calibrate --units {plan.units} --seed {plan.seed}", [plan.seed], plan.families,
         f"{rigs} rigs, {rigs * len(DAYS)} healthy days",
     )  # fmt: skip
     untouched = [
-        *(f"levels.{name}.odds" for name in before.levels),
-        *(f"prior.laws.{name}" for name in before.prior.laws if name not in laws),
+        f"levels.{name}.{part}"
+        for name, levels in before.levels.items()
+        for part in FITTED_BY_OTHERS
+        if getattr(levels, part) is not None
     ]
-    kept = {
-        path: one for path, one in provenance.parts.items() if any(path.startswith(f"{below}.") for below in untouched)
-    }
-    kept |= {path: one for path in untouched if (one := provenance.of(path)) is not None}
-    renewed = provenance.renewed({"levels": made, "prior.laws": made, "prior.law_shares": made})
-    return FitProvenance(list(plan.families), rigs, rigs * len(DAYS), {**renewed.parts, **kept})
+    renewed = before.provenance.renewed({"levels": made}, untouched)
+    return FitProvenance(list(plan.families), rigs, rigs * len(DAYS), renewed.parts)
 
 
 def origin(command: str, seeds: Sequence[int], families: Sequence[str], on: str) -> Origin:

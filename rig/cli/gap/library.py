@@ -23,8 +23,7 @@ def calibrate(
     output: Path, families: tuple[str, ...], left_out: tuple[str, ...], units: int, seed: int, workers: int | None,
     json_to: str | None,
 ) -> None:  # fmt: skip
-    """Fit how much healthy days of simulated plants differ from each reference, which decides what counts as a gap, and
-    how rough each effect's law is where a plant acts by another.
+    """Fit how much healthy days of simulated plants differ from each reference, which decides what counts as a gap.
 
     The file takes the place of rig/gap/priors.yaml once a blind check on other seeds and families has shown that it is
     better.
@@ -37,10 +36,7 @@ def calibrate(
     with progress("fitting", total) as update:
         found = calibrate(plan, lambda done: update(done, f"{done} of {total}"))
     write(found, output)
-    console(json_to).print(
-        f"{output}: levels of {', '.join(found.levels)}, and the errors of {len(found.prior.laws)} effects' laws, from "
-        f"{found.provenance.units} rigs"
-    )
+    console(json_to).print(f"{output}: levels of {', '.join(found.levels)}, from {found.provenance.units} rigs")
     emit(unstructure(found), json_to)
 
 

@@ -1,6 +1,6 @@
 """`pamrig gap study`: what builders of the diagnosis ask of it. Its own numbers on simulated plants (sizes, absorbed,
-sensitivity), what is fitted on these (noise, usual), and to scored checks of development cases (odds, temperature,
-further)."""
+sensitivity), what is fitted on these (laws, noise, usual), and what is fitted to scored checks of development cases
+(odds, temperature, further)."""
 
 from collections.abc import Callable
 from math import exp
@@ -20,6 +20,8 @@ if TYPE_CHECKING:
     from rig.gap.settings import Fitted
 
 F = TypeVar("F")
+SHOWN_LAWS = 4
+"""Laws of which the terminal says how rough they are: the roughest."""
 
 
 @click.group(cls=Group, short_help="Studies of the diagnosis itself, for who builds on it.")
@@ -253,6 +255,24 @@ def odds(
             f"likelier by {fit.gained:.2g} nats each"
         )
     emit(unstructure(fits), json_to)
+
+
+@study.command(short_help="Fit how rough the effects' laws are.")
+@_fitted_on_plants
+def laws(output: Path, json_to: str | None, **asked: Any) -> None:
+    """Fit how rough each effect's law is where a plant acts by another, on simulated plants, and write it with the
+    levels.
+
+    Each effect of a plant is put onto a healthy day of its own; what the library's best law leaves of it is its error.
+    """
+    from rig.app.gap.study.laws import with_laws
+
+    found = _fit_on_plants(with_laws, output, **asked)
+    roughest = sorted(found, key=lambda name: -found[name])[:SHOWN_LAWS]
+    console(json_to).print(
+        f"{output}: the errors of {len(found)} effects' laws; most {', '.join(f'{n} {found[n]:.2g}' for n in roughest)}"
+    )
+    emit(found, json_to)
 
 
 @study.command(short_help="Fit what simulators usually lack of healthy rigs.")

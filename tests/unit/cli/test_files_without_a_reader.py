@@ -59,7 +59,7 @@ CALLS = {
 LONG = {
     "gap calibrate", "gap check", "gap study absorbed", "gap check compare", "gap study further", "gap check merge",
     "gap study odds", "gap study temperature", "gap check score", "gap study sensitivity", "gap study sizes",
-    "gap study usual", "gap study noise", "gap hunt", "bench", "latency",
+    "gap study laws", "gap study usual", "gap study noise", "gap hunt", "bench", "latency",
 }  # fmt: skip
 """Commands that take minutes or the machine for themselves, or what those leave behind."""
 DAEMON = {"status", "queue"}

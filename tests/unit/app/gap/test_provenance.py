@@ -2,13 +2,14 @@
 own part alone."""
 
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import pytest
 import yaml
 
-from rig.app.gap.levels import FittingPlan, provenance_of, write
+from rig.app.gap.levels import FittingPlan, provenance_of, with_what_others_fit, write
 from rig.gap.provenance import EVERYTHING, FitProvenance, Origin
 from rig.gap.settings import PRIORS, fitted
 
@@ -68,16 +69,29 @@ def test_what_is_renewed_takes_what_stood_under_it_along_and_nothing_beside_it()
     assert after.parts == {"further": OLD, "levels.a.odds": ANEW, "levels.ab": OLD}
 
 
-def test_levels_fitted_anew_leave_the_odds_the_intervals_and_what_no_rig_told_anything_of() -> None:
+def test_what_is_renewed_leaves_what_is_untouched_below_it() -> None:
+    before = FitProvenance([], 0, 0, {"levels": OLD, "levels.a.odds.together": ANEW})
+    after = before.renewed({"levels": ANEW}, ["levels.a.odds", "levels.b.usual"])
+    assert after.parts == {
+        "levels": ANEW, "levels.a.odds": OLD, "levels.a.odds.together": ANEW, "levels.b.usual": OLD,
+    }  # fmt: skip
+
+
+def test_levels_fitted_anew_leave_what_other_commands_fit() -> None:
     shipped = fitted()
-    told = [name for name in shipped.prior.laws if name != "delay"]
-    made = provenance_of(FittingPlan(("bellows",), 3, 7), shipped, told)
+    made = provenance_of(FittingPlan(("bellows",), 3, 7), shipped)
     assert (made.families, made.units, made.healthy_records) == (["bellows"], 3, 9)
     changed = {path for path in NUMBERS if made.of(path) != shipped.provenance.of(path)}
+    others = (".odds.", ".usual.")
     assert changed == {
-        path
-        for path in NUMBERS
-        if path.startswith(("levels.", "prior.laws.", "prior.law_shares")) and ".odds." not in path
-    } - {"prior.laws.delay"}
+        path for path in NUMBERS if path.startswith("levels.") and not any(part in path for part in others)
+    }
     assert all(made.of(path) == made.parts["levels"] for path in changed)
     assert made.parts["levels"].seeds == [7]
+
+
+def test_levels_fitted_anew_keep_the_odds_and_what_simulators_usually_lack() -> None:
+    shipped = fitted().levels["simulator"]
+    kept = with_what_others_fit(replace(shipped, odds=fitted().levels["session"].odds, usual=None), shipped)
+    assert kept == shipped
+    assert shipped.usual is not None

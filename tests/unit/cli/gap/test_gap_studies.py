@@ -17,4 +17,14 @@ def test_a_check_has_its_steps_and_what_is_made_of_scored_ones() -> None:
 
 
 def test_a_study_stands_in_one_place() -> None:
-    assert steps("study") == ["sizes", "absorbed", "sensitivity", "further", "odds", "usual", "noise", "temperature"]
+    assert steps("study") == [
+        "sizes",
+        "absorbed",
+        "sensitivity",
+        "further",
+        "odds",
+        "laws",
+        "usual",
+        "noise",
+        "temperature",
+    ]

@@ -1,4 +1,4 @@
-"""How rough laws are, as `pamrig gap calibrate` fits it: what counts, and fits that once went astray."""
+"""How rough laws are, as `pamrig gap study laws` fits it: what counts, and fits that once went astray."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -9,15 +9,16 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hil.reference.cases import CASES_PER_UNIT, Case, Purpose, draw_sheet
-from rig.app.gap.law_errors import (
+from rig.app.gap.levels import FittingPlan, write
+from rig.app.gap.study.laws import (
     LEAST_ROUGH,
     LawError,
     beside,
     of_rig,
     shares_of_usual,
     usual_errors,
+    with_errors,
 )
-from rig.app.gap.levels import write
 from rig.gap.hypotheses.library import LIBRARY
 from rig.gap.settings import MOST_ROUGH, Prior, fitted
 
@@ -112,6 +113,22 @@ def test_a_gain_of_the_sensor_is_nearly_exact() -> None:
 def test_a_law_follows_what_a_plant_does(family: str, number: int, effect: str, most: float) -> None:
     found = of_rig(LARGEST, unit(family, number), [effect])
     assert found[0].share < most
+
+
+def test_a_leak_that_makes_a_regulator_hunt_is_judged_by_the_angle_that_tells_it() -> None:
+    found = of_rig(0, unit("airbeam", 0), ["leak"])
+    assert found[0].share < 0.4, "its monitors hear an unrest that no leak explains"
+
+
+def test_what_is_fitted_of_laws_is_written_beside_what_was_there() -> None:
+    shipped = fitted()
+    made, found = with_errors(shipped, FittingPlan(("a", "b"), 1, 7), errors(("a", 0.3), ("b", 0.1)))
+    assert found == {"delay": pytest.approx(np.sqrt((0.09 + 0.01) / 2))}
+    assert made.prior.laws == {**shipped.prior.laws, **found}
+    assert made.levels == shipped.levels
+    of = made.provenance.of
+    assert of("prior.laws.delay") == of("prior.law_shares") != shipped.provenance.of("prior.laws.delay")
+    assert of("prior.laws.leak") == shipped.provenance.of("prior.laws.leak")
 
 
 @pytest.mark.parametrize("own", [{}, {"delay": 0.5}])

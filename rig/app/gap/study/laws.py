@@ -1,10 +1,10 @@
 """How rough the library's laws are: every effect of a plant put onto a healthy day of its own, by the plant's law and
 without noise of its own, and what the library's best law leaves of it.
 
-Part of `pamrig gap calibrate`; nothing is diagnosed, and no case of a check is looked at.
+What `pamrig gap study laws` does; nothing is diagnosed, and no case of a check is looked at.
 """
 
-from collections.abc import Collection, Iterable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from statistics import median
@@ -12,6 +12,7 @@ from statistics import median
 import numpy as np
 
 from hil.reference.cases import Case, DrawnKind, bench_of, realise
+from rig.app.gap.levels import FittingPlan, first_cases, origin, reported
 from rig.blind_check.source import records_of
 from rig.columns import rms
 from rig.errors import RigError
@@ -21,6 +22,7 @@ from rig.gap.hypotheses.library import LIBRARY, Effect
 from rig.gap.records.pairs import pair_up
 from rig.gap.reference.build import Expected, Kind, expect
 from rig.gap.settings import MOST_ROUGH, Fitted, fitted
+from rig.parallel import executor
 from rig.record import Column, Record
 
 RATIOS = (4.0, 2.5, 8.0)
@@ -32,6 +34,9 @@ SAME_DIRECTION = 1e-2
 """Patterns that differ by less than this share of the strongest count as one."""
 LEAST_ROUGH = 0.01
 """No usual error is less: no law is exact on another rig."""
+ALL = 1.0
+"""Share that a law leaves which leaves all: one that fits nothing has a change of any size, and its share says no
+more."""
 SHARES = 5
 """Points by which the distribution of laws' errors on another build is told. More: slower, its tail a little farther
 out."""
@@ -50,6 +55,29 @@ class LawError:
     effect: str
     share: float
     """Of its own change, rms, beside what days differ in."""
+
+
+def with_laws(
+    levels: Fitted, plan: FittingPlan, report: Callable[[int], None] = lambda done: None
+) -> tuple[Fitted, dict[str, float]]:
+    """The levels with how rough each effect's law usually is on these families' rigs, and how far another build may be
+    off that; `report` is told how many rigs are done."""
+    rigs = [case for name in plan.families for case in first_cases(name, plan)]
+    with executor(None, plan.workers) as pool:
+        told = [error for some in reported(pool.map(of_rig, range(len(rigs)), rigs), report, 0) for error in some]
+    return with_errors(levels, plan, told)
+
+
+def with_errors(levels: Fitted, plan: FittingPlan, told: Sequence[LawError]) -> tuple[Fitted, dict[str, float]]:
+    """The levels with what these errors, of the plan's rigs, say is usual; an effect of which none tells keeps its
+    own."""
+    found, before = usual_errors(told), levels.prior
+    prior = replace(before, laws={**before.laws, **found}, law_shares=shares_of_usual(told, before.law_shares))
+    command = f"pamrig gap study laws --units {plan.units} --seed {plan.seed}"
+    made = origin(command, [plan.seed], plan.families, f"{plan.units * len(plan.families)} rigs")
+    untouched = [f"prior.laws.{name}" for name in before.laws if name not in found]
+    provenance = levels.provenance.renewed({"prior.laws": made, "prior.law_shares": made}, untouched)
+    return replace(levels, prior=prior, provenance=provenance), found
 
 
 def of_rig(number: int, case: Case, effects: Collection[str] = LIBRARY.keys()) -> list[LawError]:
@@ -120,22 +148,28 @@ def _nudged(record: Record) -> Record:
 
 
 def _left(effect: Effect, expected: Expected, settings: Fitted) -> float | None:
-    """What the effect's best law leaves on the factor on which the effect shows more."""
+    """What the effect's best law leaves on the factor of which it explains more; None where no law fits.
+
+    A leak that makes a regulator hunt a little is heard by the monitors and told by the angle."""
     problems = [angle_problem(expected, settings)]
     if expected.driven:
         problems.append(pressure_problem(expected, settings))
-    acting = [problem for problem in problems if any(problem.shows(law) for law in effect.laws)]
-    problem = max(acting, key=lambda one: one.forward.factor.healthy.chi_square(one.forward.factor.gap_lines))
-    fit = fit_effect(effect, problem.forward, problem.shows, problem.screening)
-    return None if fit is None else _left_beside_days(problem, fit)
+    found = []
+    for problem in problems:
+        if any(problem.shows(law) for law in effect.laws):
+            fit = fit_effect(effect, problem.forward, problem.shows, problem.screening)
+            found += [] if fit is None else [_explained_and_left(problem, fit)]
+    return min(max(found)[1], ALL) if found else None
 
 
-def _left_beside_days(problem: InverseProblem, fit: Fit) -> float:
-    """Rms of what a fit leaves, beside what days differ in, over that of what it changes."""
+def _explained_and_left(problem: InverseProblem, fit: Fit) -> tuple[float, float]:
+    """By how much a fit makes chi square less, and the rms of what it leaves, beside what days differ in, over that of
+    what it changes."""
     factor = problem.forward.factor
     change = factor.lines.of(fit.change)
+    of_gap, of_left = (factor.healthy.chi_square(lines) for lines in (factor.gap_lines, factor.gap_lines - change))
     left = beside(factor.gap_lines - change, factor.healthy.patterns[:, : factor.healthy.between_days])
-    return rms(left) / max(rms(change), 1e-12)
+    return of_gap - of_left, rms(left) / max(rms(change), 1e-12)
 
 
 def beside(column: Column, patterns: Column) -> Column:
