@@ -116,14 +116,15 @@ class Stations:
 
     def write_safe(self, numbers: Numbers, watchdog_s: float) -> None:
         """The safe outputs, past a fail-safe that has tripped and refuses writes until it is armed anew, and past one
-        output that is refused for the other's sake or its own."""
+        output that is refused for the other's sake or its own. Not past a module that does not answer, which would be
+        waited for once more: the loop calls, and calls again."""
         try:
             self.write(numbers)
         except DeviceError:
+            if self.outputs.doubtful:
+                raise
             if self.plan.module.failsafe is not None:
                 self._arm_as_far_as_it_goes(watchdog_s, numbers)
-            elif self.outputs.doubtful:
-                raise
             self.plan.write(self.outputs, _listed(numbers), apart=True)
 
     def _arm_as_far_as_it_goes(self, watchdog_s: float, numbers: Numbers) -> None:

@@ -34,6 +34,7 @@ _NO_PHASE, _NO_FAULT = Phase.NONE, Fault.NONE
 _COMMANDING = (State.ARMED, State.RUNNING, State.DONE)
 _UNDER_COMMAND = (State.ARMED, State.RUNNING)
 _SILENT = (State.DISARMED, State.FAULT)
+_FAILED = READ_ERROR | WRITE_ERROR
 _NO_MEASUREMENT = Measurement(flags=sum(ABSENT_BY_ROLE.values()) | READ_ERROR)
 
 LOOKS = 3
@@ -154,12 +155,13 @@ class Loop:
         run = self._run
         phase, p1_cmd_mpa, p2_cmd_mpa = self._next(tick, now, flags)
         flags |= self._write(p1_cmd_mpa, p2_cmd_mpa, missed + 1)
-        lost = self._device_gone  # then the way to the safe state may be longer than those above bear: the cause first
-        owed = self._safe_owed and self.state in _SILENT
-        if owed and not lost:
+        failed = self._device_gone or flags & _FAILED  # then the way to the safe state may be long: the cause first
+        if owed := self._safe_owed and self.state in _SILENT:
+            self.ring.beat()  # what a silent device took of this tick is no part of what the safe state may take
+        if owed and not failed:
             flags |= self._write_safe()
         self._publish(read_ns, now, phase, p1_cmd_mpa - p2_cmd_mpa, flags, run)
-        if owed and lost:
+        if owed and failed:
             self._write_safe()
         if self._program and self.state is _FAULT:
             self._program = None  # the tick of the fault is the last of its record
@@ -172,12 +174,10 @@ class Loop:
         p1_cmd_mpa, p2_cmd_mpa = self._command
         self.ring.put(
             Sample._make((
-                tick & 0xFFFFFFFF, due_ns, woken_ns, read_ns, self._clock.now_ns(), missed, dp_mpa, p1_cmd_mpa,
-                p2_cmd_mpa,
-                now.p1_mpa, now.p2_mpa, now.angle_deg - self._zero.deg, now.p1_raw, now.p2_raw, now.angle_raw,
-                now.excitation_raw,
-                now.p1_age_ns, now.p2_age_ns, now.angle_age_ns,
-                run, self.state, phase, flags, self.fault, self._zero.deg,
+                tick & 0xFFFFFFFF, due_ns, woken_ns, read_ns, self._clock.now_ns(), missed,
+                dp_mpa, p1_cmd_mpa, p2_cmd_mpa, now.p1_mpa, now.p2_mpa, now.angle_deg - self._zero.deg,
+                now.p1_raw, now.p2_raw, now.angle_raw, now.excitation_raw, now.p1_age_ns, now.p2_age_ns,
+                now.angle_age_ns, run, self.state, phase, flags, self.fault, self._zero.deg,
                 now.further_1, now.further_2, now.further_3, now.further_4, self._reference_deg,
             ))
         )  # fmt: skip
@@ -378,7 +378,7 @@ class Loop:
     def _owe_again(self) -> None:
         """What was seen at the device may not stand there any more: it may have a watchdog of its own."""
         self._safe_owed, self._seen_safe = True, False
-        self.ring.unseen()
+        self.ring.doubt_safe()
 
     def _still_holds(self) -> bool:
         """Whether a device that is lost tells of the safe state all the same."""

@@ -22,8 +22,8 @@ _PACE_POLL_S: Final = 0.0002
 _READS: Final = 3
 """Looks at what another process writes meanwhile; one is enough unless the write is met in its middle."""
 _SLOT: Final = 8 + (SAMPLE_BYTES + 7) // 8 * 8  # sequence number, then the packed sample
-_WORDS: Final = 8
-_HEAD, _HEARTBEAT, _RECORDER, _CAPACITY, _TELLINGS, _SAFE, _SAFE_SEEN, _SAFE_COMING = range(
+_WORDS: Final = 9
+_HEAD, _HEARTBEAT, _RECORDER, _CAPACITY, _TELLINGS, _SAFE, _SAFE_SEEN, _SAFE_COMING, _SAFE_DOUBTED = range(
     HEADER_WORDS, HEADER_WORDS + _WORDS
 )
 _TEXT: Final = (HEADER_WORDS + _WORDS) * 8
@@ -91,6 +91,11 @@ class Ring:
     def safe_seen_ns(self) -> int:
         """Monotonic time at which the loop read that safe state back from the device; 0 when it did not."""
         return self._words[_SAFE_SEEN]
+
+    @property
+    def safe_is_doubted(self) -> bool:
+        """The device took the safe state, and was lost or out of reach after it: it may have left it since."""
+        return self._words[_SAFE_DOUBTED] != 0
 
     @property
     def safe_is_coming(self) -> bool:
@@ -166,16 +171,17 @@ class RingWriter:
 
     def not_safe(self) -> None:
         """Other set-points than the safe ones may stand from now on."""
-        self._words[_SAFE] = self._words[_SAFE_SEEN] = self._words[_SAFE_COMING] = 0
+        self._words[_SAFE] = self._words[_SAFE_SEEN] = self._words[_SAFE_COMING] = self._words[_SAFE_DOUBTED] = 0
 
-    def unseen(self) -> None:
+    def doubt_safe(self) -> None:
         """The device may have left the safe state that was written last, which is written again."""
         self._words[_SAFE_SEEN] = 0
+        self._words[_SAFE_DOUBTED] = 1
 
     def made_safe(self) -> None:
         """The device has taken the safe state."""
         self._words[_SAFE] = time.monotonic_ns()
-        self._words[_SAFE_COMING] = 0
+        self._words[_SAFE_COMING] = self._words[_SAFE_DOUBTED] = 0
 
     def safe_coming(self, comes: bool) -> None:
         """Whether the safe state is on its way to the device, by somebody who outlives the loop."""

@@ -84,11 +84,14 @@ class Outcome(IntEnum):
     UNKNOWN = 0
     FAILED = 1
     """The device could not be reached, or holds something else."""
-    WRITTEN = 2
+    DOUBTED = 2
+    """The device took it, and was lost or out of reach after that: it may have left it, by its own watchdog or when it
+    was switched on anew."""
+    WRITTEN = 3
     """The device took it; it was not read back."""
-    SEEN = 3
+    SEEN = 4
     """Read back from the device when nobody else could write any more."""
-    ENDED = 4
+    ENDED = 5
     """A modelled plant in the loop's own process ended with it: there is nothing under pressure."""
 
 
@@ -110,7 +113,8 @@ class SafeReport:
 
     @property
     def safe(self) -> bool:
-        """The device took the safe state, whether or not it could be read back."""
+        """The device took the safe state, whether or not it could be read back, and nothing is known that speaks
+        against it: the flag of what `words` says."""
         return self.outcome >= Outcome.WRITTEN
 
     @property
@@ -125,6 +129,11 @@ class SafeReport:
             return "nothing is under pressure: the simulated plant ended with the loop's process"
         if self.outcome is Outcome.OVERRULED:
             return "NOT SAFE: another process drives the device, and what stands there is its own"
+        if self.outcome is Outcome.DOUBTED:
+            return (
+                f"NOT SAFE as far as is known: the device took the safe state from {who}, and was lost or out of reach "
+                "after that; what stands there now is not known"
+            )
         if self.outcome is Outcome.FAILED:
             return (
                 f"NOT SAFE as far as is known: {who} could not bring the device to its safe state; old "

@@ -27,7 +27,7 @@ KEPT_RING: Final = "-daemon-ring"
 _MAGIC: Final = int.from_bytes(b"PAMRIG\x00\x01", "little")
 HEADER_WORDS: Final = 8
 _MAGIC_WORD, _PID_WORD, _SESSION_WORD, _SIZE_WORD, _LAYOUT_WORD, _MADE_WORD = range(6)
-LAYOUT: Final = 3
+LAYOUT: Final = 4
 """Version of what lies in all blocks, samples among it; 0: made before there was any. Raise it when
 `tests/unit/realtime/test_layout.py` asks for it, or when a word means something else than before."""
 _LOCKED_SINCE: Final = 3

@@ -35,6 +35,9 @@ class ScriptedClock:
     def now_ns(self) -> int:
         return self._now_ns
 
+    def let_pass(self, ns: int) -> None:
+        self._now_ns += ns
+
     def wait_until_ns(self, deadline_ns: int) -> None:
         self._now_ns = max(self._now_ns, deadline_ns) + self._late_ns.get(self._waits, 0)
         self._waits += 1
@@ -138,6 +141,9 @@ class ListRing:
         self.beats = 0
         self.told: list[str] = []
         self.safe: list[str] = []
+        self.now_ns: Callable[[], int] = int
+        self.beaten_ns = 0
+        """When it beat last, by `now_ns`."""
 
     def made_safe(self) -> None:
         self.safe.append("made")
@@ -151,11 +157,12 @@ class ListRing:
     def not_safe(self) -> None:
         self.safe.append("not")
 
-    def unseen(self) -> None:
-        self.safe.append("unseen")
+    def doubt_safe(self) -> None:
+        self.safe.append("doubted")
 
     def beat(self, ahead_ns: int = 0) -> None:
         self.beats += 1
+        self.beaten_ns = self.now_ns()
 
     def tell(self, text: str) -> None:
         self.told.append(text)

@@ -201,12 +201,15 @@ class ProcessWatch:
             return SafeReport()
         seen_ns = max(ring.safe_seen_ns, self._seen_ns)
         outcome = Outcome.SEEN if seen_ns >= ring.safe_ns else Outcome.WRITTEN
+        if ring.safe_is_doubted:
+            outcome = Outcome.DOUBTED
         return SafeReport(Writer.LOOP, outcome=outcome, written_ns=ring.safe_ns, confirmed_ns=seen_ns)
 
     @property
     def _by_loop(self) -> bool:
         """The loop answers for the outputs: it is there, or it has left in good order."""
-        return self._loop.is_alive() or (self._loop.exitcode == 0 and self._ring.safe_ns != 0)
+        ring = self._ring
+        return self._loop.is_alive() or (self._loop.exitcode == 0 and ring.safe_ns != 0 and not ring.safe_is_doubted)
 
     @property
     def _taken(self) -> bool:

@@ -94,6 +94,21 @@ def test_every_call_is_bounded_when_the_module_is_silent(tcp: Emulation) -> None
     device.close()
 
 
+def test_a_module_that_does_not_answer_is_waited_for_once_a_connection(
+    tcp: Emulation, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Its watchdog was to be armed anew between two attempts to write, each waited for in one tick of the loop."""
+    device = made(tcp)
+    device.open()
+    armed: list[object] = []
+    monkeypatch.setattr("drivers.modbus_io.failsafe.arm", lambda *steps: armed.append(steps) or {})
+    tcp.trouble("io", silence=True)
+    with pytest.raises(DeviceError, match="no usable answer in time"):
+        device.safe()
+    assert armed == []
+    device.close()
+
+
 def test_a_late_answer_is_never_taken_for_the_next_ones(tcp: Emulation) -> None:
     """The answer to a read under 0.3 MPa arrives while the next request waits: its number is another, so it is thrown
     away."""

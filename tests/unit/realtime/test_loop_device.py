@@ -14,6 +14,7 @@ from support.scripted import (
 )
 
 from rig.errors import DeviceError, DeviceLost, DevicePending
+from rig.interfaces import Measurement
 from rig.realtime.commands import Answer, Request
 from rig.realtime.faults import Fault
 from rig.realtime.loop import Loop, LoopSettings
@@ -84,6 +85,29 @@ def test_the_cause_is_published_before_the_way_to_a_lost_device_is_tried(where: 
     assert len({sample.tick for sample in ring.samples}) == len(ring.samples), "one sample a tick"
 
 
+def test_a_silent_device_is_the_cause_also_where_the_way_to_safe_takes_long() -> None:
+    """Waiting for its answer, and then for the safe state, took longer than the supervisor bears: the loop was ended
+    before it had said anything, and was blamed for it (LOOP_DIED)."""
+    clock, ring, found = ScriptedClock(), ListRing(), []
+    ring.now_ns = clock.now_ns
+
+    class Silent(ScriptedDevice):
+        def read(self) -> Measurement:
+            try:
+                return super().read()
+            except DeviceError:
+                clock.let_pass(4_000_000)
+                raise
+
+        def safe(self) -> None:
+            found.append((ring.samples[-1].fault if ring.samples else 0, clock.now_ns() - ring.beaten_ns))
+            super().safe()
+
+    device = Silent(reads=failing(15, 5))
+    Loop(device, clock, ring, armed_and_running({40: Request.QUIT}), LoopSettings()).run()  # type: ignore[arg-type]
+    assert found[1] == (Fault.DEVICE_ERRORS, 0), "told, and the time for the safe state begins with it"
+
+
 def test_a_lost_device_is_never_read_again_and_cannot_be_reset() -> None:
     device = ScriptedDevice(reads={15: DeviceLost("scripted: gone")})
     operator = armed_and_running({40: Request.RESET})
@@ -125,7 +149,7 @@ def test_what_stood_safe_may_not_after_a_standstill_or_an_outage(
     operator = armed_and_running({50: Request.RESET}, estop=range(20, 26))
     _, loop = run_loop(device, operator, 60, ScriptedClock(late))
     assert device.outputs[:-1].count("safe") >= 3, "at the start, at the stop, and after it"
-    assert loop.ring.safe.count("unseen") == 1  # type: ignore[attr-defined]
+    assert loop.ring.safe.count("doubted") == 1  # type: ignore[attr-defined]
     assert (50, Answer.DONE) in operator.answers
 
 
@@ -179,8 +203,8 @@ def test_a_device_that_is_lost_when_it_was_seen_safe_is_not_seen_any_more(estop:
     operator = ScriptedOperator({50: Request.RESET}, estop=estop)
     _, loop = run_loop(device, operator, 60)
     said = loop.ring.safe  # type: ignore[attr-defined]
-    since = said[said.index("failed") - said[: said.index("failed")].count("unseen") :]
-    assert since.count("unseen") == 1
+    since = said[said.index("failed") - said[: said.index("failed")].count("doubted") :]
+    assert since.count("doubted") == 1
     assert since[-4:] == ["made", "seen", "made", "seen"]
     assert said.count("failed") >= 3
     assert "not" not in said, "it was written: who commands ends no loop for it"

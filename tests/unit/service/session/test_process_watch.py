@@ -24,7 +24,7 @@ from rig.sample import Sample
 from rig.service.connections.protocol import Refused
 from rig.service.session.process_watch import LOOP_PATIENCE_S, Loss, ProcessWatch
 from rig.service.session.session_monitor import SessionMonitor
-from rig.service.session.telemetry import Telemetry
+from rig.service.session.telemetry import Telemetry, safe_json
 
 pytestmark = pytest.mark.real_time
 PERIOD_NS = 5_000_000
@@ -237,6 +237,37 @@ def test_a_lost_supervisor_means_the_safe_state_by_a_loop_that_takes_it(bench: B
     bench.writer.made_safe()
     bench.writer.saw_safe()
     assert (watch.answer.writer, watch.answer.outcome) == (Writer.LOOP, Outcome.SEEN)
+
+
+def test_what_a_device_took_before_it_was_lost_is_called_safe_by_nobody(bench: Bench) -> None:
+    """The status said `safe: true` beside "not confirmed", and an emergency stop meanwhile was answered with ok."""
+    watch = bench.watch()
+    bench.writer.made_safe()
+    bench.writer.saw_safe()
+    assert watch.safe.safe
+    bench.writer.doubt_safe()
+    shown = safe_json(watch.safe, (0.1, 0.1))
+    assert shown is not None
+    assert (shown["outcome"], shown["safe"], shown["confirmed"]) == ("doubted", False, False)
+    assert shown["words"].startswith("NOT SAFE as far as is known: the device took the safe state from the loop, and")
+    watch.demand(Fault.ESTOP)
+    time.sleep(0.001)
+    bench.writer.beat()
+    assert not watch.answer.safe
+    assert bench.loop.is_alive(), "it goes on to write it"
+    bench.writer.made_safe()
+    assert watch.answer.outcome is Outcome.WRITTEN
+
+
+def test_a_loop_that_left_a_device_it_had_lost_is_followed_up(bench: Bench) -> None:
+    """It ended in good order, and what it had written before the loss was taken for what stands."""
+    watch = bench.watch()
+    bench.supervisor_works = False
+    bench.writer.made_safe()
+    bench.writer.doubt_safe()
+    bench.loop.end()
+    until(watch, lambda: watch.safe.outcome is Outcome.SEEN)
+    assert watch.safe.writer is Writer.CONTROL
 
 
 @pytest.mark.parametrize("again", [False, True], ids=["once", "again and again"])
