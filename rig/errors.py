@@ -59,5 +59,10 @@ class DevicePending(DeviceError):
     """The device was told to be safe and has not said yet that it is: it lives, and somebody sees to it. Ask again."""
 
 
+class WatchdogTripped(DeviceError):
+    """Who only looks is refused: the device's own watchdog has most likely acted, and refuses all until it is started
+    anew, which whoever opens it to drive does."""
+
+
 class DeviceLost(DeviceError):
     """The device is gone until somebody acts: port closed, session lost, wrong signature. Faults at once."""

@@ -18,15 +18,24 @@ _SILENT: Final = 100
 """Above every level of pymodbus's log: it would write each time-out to stderr; we raise it instead."""
 _MOST_LEFT: Final = 4096
 """Bytes of late replies: a frame has 260."""
+DEVICE_FAILURE: Final = 4
 _REASONS: Final = {
     1: "it does not know this function",
     2: "it has no such register: wrong map, or wrong module",
     3: "it refuses the value",
-    4: "device failure; its watchdog may have tripped: close and open again",
+    DEVICE_FAILURE: "device failure; its watchdog may have tripped: close and open again",
     6: "it is busy",
     10: "gateway: no path to the unit",
     11: "gateway: no answer from the unit: is the unit id right?",
 }
+
+
+class ModuleRefusal(DeviceError):
+    """A module's answer with an exception code."""
+
+    def __init__(self, text: str, code: int) -> None:
+        super().__init__(text)
+        self.code = code
 
 
 class ModbusSession:
@@ -105,7 +114,7 @@ class ModbusSession:
         self.doubtful = False
         if response.isError():
             code = getattr(response, "exception_code", 0)
-            raise DeviceError(f"{self.where}: {what}: exception {code}: {_REASONS.get(code, 'see the manual')}")
+            raise ModuleRefusal(f"{self.where}: {what}: exception {code}: {_REASONS.get(code, 'see the manual')}", code)
         return response
 
     def _fail(self, text: str) -> Any:

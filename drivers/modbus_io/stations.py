@@ -8,9 +8,9 @@ from typing import Any, Final
 from drivers.modbus_io import failsafe
 from drivers.modbus_io.codec import to_counts
 from drivers.modbus_io.plan import ExchangePlan
-from drivers.modbus_io.session import ModbusSession, connect_tcp
+from drivers.modbus_io.session import DEVICE_FAILURE, ModbusSession, ModuleRefusal, connect_tcp
 from drivers.modbus_io.settings import ModbusSettings
-from rig.errors import DeviceError
+from rig.errors import DeviceError, WatchdogTripped
 
 Numbers = dict[int, float]
 SAME: Final = 0.001
@@ -71,13 +71,18 @@ class Stations:
         facts = self.prove() | self._how_far_it_tells()
         try:
             self._try_inputs()
-        except DeviceError:
+        except DeviceError as error:
             if self.plan.module.failsafe is None or self.plan.looking:
-                raise
+                raise self._perhaps_tripped(error) from None
             facts |= self.arm(watchdog_s, safe_numbers)
             self._try_inputs()
             return facts
         return {**facts, **self.arm(watchdog_s, safe_numbers)}
+
+    def _perhaps_tripped(self, error: DeviceError) -> DeviceError:
+        """What a module with a fail-safe of its own, on which our valves are, refuses for."""
+        failure = isinstance(error, ModuleRefusal) and error.code == DEVICE_FAILURE
+        return WatchdogTripped(str(error)) if failure and self.plan.module.failsafe and self.plan.driven else error
 
     def _how_far_it_tells(self) -> dict[str, str]:
         """Of its outputs, for whoever arms."""

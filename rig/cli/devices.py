@@ -71,6 +71,9 @@ def probe(
         inventory.ask_to_move(rig, f"steps each valve by {step_mpa:g} MPa")
     with progress("probing", ticks * len(rig.devices)) as update:
         found = probing.probe(rig, ticks, update)
+        if step and probing.clear_trips(rig, found):
+            screen.print("a watchdog had tripped: the safe state was written, which starts it anew")
+            found = probing.probe(rig, ticks, update)
     if step and not found.findings:
         found = probing.stepped(rig, found, step_mpa, settle, force=force)
     screen.print(probing.table(found))

@@ -18,12 +18,14 @@ from types import TracebackType
 from typing import Final, Self
 
 from rig.app.supervised_command import SupervisedCommand
-from rig.errors import CheckFailed, DeviceError, DeviceLost
+from rig.app.terminal import console
+from rig.app.trying_on import NOT_SAFE, TryingOn
+from rig.errors import CheckFailed, DeviceError, DeviceLost, RigError, beside
 from rig.interfaces import Device, Measurement, abilities_of
 from rig.realtime.clock import MonotonicClock
 from rig.realtime.loop import LEAVING_NS
+from rig.realtime.safe_state import RETRY_S, SafeReport, SecondPath, Writer, insist, write_and_look
 from rig.realtime.safe_state import Outcome as SafeOutcome
-from rig.realtime.safe_state import SecondPath, insist
 from rig.sample import BROKEN_WIRE, SUSPECT, Flag
 from rig.service.session.session import ending_signals
 
@@ -36,7 +38,8 @@ _WAIT_LOOK_S: Final = 0.01
 LOOK_S: Final = 0.2
 """Measurements over this time are averaged before and after a step."""
 MAKE_SAFE_S: Final = 2.0
-"""For the safe state on the way out; a slow wire confirms within tenths of a second."""
+"""For the safe state on the way out; a slow wire confirms within tenths of a second. Then it is said that it is tried
+on."""
 PRIORITY: Final = 20
 """Real-time, where it is allowed: a device that watches for silence gives a busy machine a few periods only."""
 PATIENCE: Final = 20
@@ -61,6 +64,8 @@ class DeviceTicker:
         self._history: deque[Measurement] = deque(maxlen=KEPT_TICKS)
         self._quit = threading.Event()
         self._error: DeviceError | None = None
+        self._safe_outcome = SafeOutcome.UNKNOWN
+        """Of the last time that the safe state was written."""
         self._thread = threading.Thread(target=self._ticks, name="ticker", daemon=True)
 
     def __enter__(self) -> Self:
@@ -82,27 +87,43 @@ class DeviceTicker:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        with _ended_afterwards():
+        said = ""
+        with _ended_afterwards() as pressed:
             self._quit.set()
             self._thread.join()
             try:
-                if self._at is not None:
-                    self._make_safe()
+                said = self._make_safe(pressed) if self._at is not None else ""
+            except DeviceError as unsafe:
+                raise beside(error, str(unsafe)) if isinstance(error, RigError) else unsafe from None
             finally:
                 if self._supervision is not None:
                     self._supervision.__exit__(kind, error, trace)
                 let_go(self._device)
+            if said and not isinstance(error, RigError) and (error is not None or pressed):
+                _tell(said)
+        if said and isinstance(error, RigError):
+            raise beside(error, said) from None
 
-    def _make_safe(self) -> None:
-        """Ask until the device has taken it; one whose connection was lost needs a moment."""
-        if insist(SecondPath.of(self._device), MAKE_SAFE_S, self._beat_for_the_way_out) >= SafeOutcome.WRITTEN:
-            return
+    def _make_safe(self, pressed: list[int]) -> str:
+        """Until the device has taken it; one whose connection was lost may need a while. Returns what is known of it,
+        for the end of a line; DeviceError when it has not."""
+        path, how = SecondPath.of(self._device), ""
+        self._safe_outcome = insist(path, MAKE_SAFE_S, self._beat_for_the_way_out)
+        if self._safe_outcome < SafeOutcome.WRITTEN:
+            before = len(pressed)
+            trying = TryingOn(self._safe, lambda: len(pressed) > before)
+            how = trying.go_on(lambda: self._safe_outcome >= SafeOutcome.WRITTEN, self._try_once)
+        if self._safe_outcome >= SafeOutcome.WRITTEN:
+            return f"{SafeReport(Writer.CONTROL, outcome=self._safe_outcome).words}{how}"
         try:
             self._device.safe()
         except DeviceError as error:
-            raise DeviceError(
-                f"NOT SAFE as far as is known: old set-points may stand, open the dump valve: {error}"
-            ) from None
+            raise DeviceError(f"{NOT_SAFE}: old set-points may stand, open the dump valve: {error}{how}") from None
+        raise DeviceError(f"{NOT_SAFE}: the device holds something else, open the dump valve{how}")
+
+    def _try_once(self) -> None:
+        self._beat_for_the_way_out()
+        self._safe_outcome = write_and_look(SecondPath.of(self._device))
 
     def _beat_for_the_way_out(self) -> None:
         if self._supervision is not None:
@@ -189,15 +210,24 @@ class DeviceTicker:
         return None
 
     def _give_up(self, error: DeviceError) -> None:
-        """After an error nothing is to stand under pressure while somebody is still asked for a number; then only
-        beat."""
-        self._error = error
-        if self._at is not None:
-            with contextlib.suppress(DeviceError):  # said by the error; tried again on the way out
-                self._make_safe()
-        while not self._quit.wait(self._period_ns / 1e9):
+        """After an error nothing is to stand under pressure while somebody is still asked for a number: what the device
+        does not take is tried until it does, or the way out goes on with it."""
+        self._error, said = error, False
+        owed = self._at is not None
+        until_s = time.monotonic() + MAKE_SAFE_S
+        while True:
+            if owed:
+                self._try_once()
+                owed = self._safe_outcome < SafeOutcome.WRITTEN
+                if not owed and said:
+                    _tell(SafeReport(Writer.CONTROL, outcome=self._safe_outcome).words)
+                elif owed and not said and time.monotonic() > until_s:
+                    said = True
+                    _tell(f"{NOT_SAFE}: {error}; the safe state is written as soon as the device takes it")
             if self._supervision is not None:
                 self._supervision.beat()
+            if self._quit.wait(RETRY_S if owed else self._period_ns / 1e9):
+                return
 
     def _step(self) -> None:
         if self._goal is None or self._at is None:
@@ -208,21 +238,35 @@ class DeviceTicker:
         self._at = (a, b)
 
 
+def _tell(line: str) -> None:
+    """Beside a question that somebody is asked; a terminal may be gone."""
+    with contextlib.suppress(OSError):
+        console("-").print(f"\n{line}", style="bold red" if line.startswith(NOT_SAFE) else "green", markup=False)
+
+
 @contextlib.contextmanager
-def _ended_afterwards() -> Iterator[None]:
+def _ended_afterwards() -> Iterator[list[int]]:
     """Ctrl-C, SIGTERM and a closed terminal strike when this is over: whoever asks twice is not to keep the rig from
-    its safe state, which has a bound of its own. Who stands above this process sees to one that hangs."""
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
+    its safe state, which has a bound of its own. Yields how often it was asked for, but by a terminal that is gone. Who
+    stands above this process sees to one that hangs."""
     pressed: list[int] = []
-    before = {number: signal.signal(number, lambda n, _: pressed.append(n)) for number in ending_signals()}
+    if threading.current_thread() is not threading.main_thread():
+        yield pressed
+        return
+    struck: list[int] = []
+
+    def keep(number: int, _: object) -> None:
+        struck.append(number)
+        if number != signal.SIGHUP:
+            pressed.append(number)
+
+    before = {number: signal.signal(number, keep) for number in ending_signals()}
     try:
-        yield
+        yield pressed
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)
-    if pressed:
+    if struck:
         raise KeyboardInterrupt
 
 

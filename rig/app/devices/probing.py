@@ -7,11 +7,11 @@ from typing import Any, Final
 
 from rich.table import Table
 
-from rig.app import compose, inventory, wire_locks
+from rig.app import compose, inventory, supervise, wire_locks
 from rig.app.devices.bringup import DeviceTicker, DeviceTiming, StepResult, let_go, step_valves, time_reads
 from rig.app.supervised_command import check_last_resort, supervised
 from rig.app.terminal import listing
-from rig.errors import CheckFailed, DeviceError, RigError
+from rig.errors import CheckFailed, DeviceError, RigError, WatchdogTripped
 from rig.realtime.clock import MonotonicClock
 from rig.rig_config import DeviceEntry, RigConfig
 
@@ -34,6 +34,8 @@ class DeviceAnswer:
     """What it says of itself."""
     findings: tuple[str, ...] = ()
     timing: DeviceTiming | None = None
+    tripped: bool = False
+    """Its own watchdog keeps it from answering, and nobody drives it."""
 
     @property
     def sees(self) -> dict[str, float] | None:
@@ -98,11 +100,34 @@ def _probe_one(rig: RigConfig, entry: DeviceEntry, ticks: int, tick_done: Callab
         facts = dict(device.open())
         time_reads(device, rig.period_ns, WARM_UP_TICKS)
         timing = time_reads(device, rig.period_ns, ticks, tick_done)
+    except WatchdogTripped as error:
+        driver = wire_locks.who_drives(compose.wires_of(rig))
+        line = f"{entry.name}: {_after_a_trip(rig, driver)} ({error})"
+        return DeviceAnswer(entry.name, entry.kind, facts, (line,), tripped=not driver)
     except (DeviceError, CheckFailed) as error:
         return DeviceAnswer(entry.name, entry.kind, facts, (f"{entry.name}: {error}",))
     finally:
         let_go(device)
     return DeviceAnswer(entry.name, entry.kind, facts, tuple(_findings(entry, timing, rig.period_ns)), timing)
+
+
+def _after_a_trip(rig: RigConfig, driver: str) -> str:
+    """What it means, and what to do about it."""
+    tripped = "its own watchdog has tripped, as when a computer is lost, and refuses all until it is started anew"
+    if driver:
+        return f"{tripped}: {driver}: reset it there"
+    return (
+        f"{tripped}, which a probe that only looks does not do: `pamrig service safe --rig {rig.path}` does, and "
+        f"writes the safe pressures, {rig.safe.p1_mpa:g} and {rig.safe.p2_mpa:g} MPa (MOVES THE RIG); so does --step"
+    )
+
+
+def clear_trips(rig: RigConfig, found: Probe) -> bool:
+    """Whether the watchdog of a device had tripped, and was started anew by the safe state: MOVES THE RIG. RigError
+    when the device does not take it."""
+    if tripped := any(one.tripped for one in found.devices):
+        supervise.make_safe(rig)
+    return tripped
 
 
 def _findings(entry: DeviceEntry, timing: DeviceTiming, period_ns: int) -> list[str]:

@@ -27,6 +27,8 @@ class RunOutcome:
     realtime: Mapping[str, str] = field(default_factory=dict)
     safe: SafeReport = field(default_factory=SafeReport)
     """What is known of the safe state at the end."""
+    insisted: str = ""
+    """How it went where the device had to be waited for to take it."""
     driven: bool = False
     """The loop has ticked: the rig is to be left in its safe state."""
     channels: Channels = PNEUMATIC
@@ -56,7 +58,11 @@ class RunOutcome:
     @property
     def _rest(self) -> str:
         """What became of the rig, for the end of a bad line; nothing where it never was under way."""
-        return f"; {self.safe.words}" if self.driven or self.safe.writer or self.safe.outcome else ""
+        return f"; {self._left}" if self.driven or self.safe.writer or self.safe.outcome else ""
+
+    @property
+    def _left(self) -> str:
+        return f"{self.safe.words}{self.insisted}"
 
     def judge(self, also: str = "") -> None:
         """CheckFailed after a fault, an error, a rig that is not known to be safe or an invalid run, Interrupted after
@@ -73,7 +79,7 @@ class RunOutcome:
         if self.error:
             raise CheckFailed(self.error + self._rest)
         if self._unsafe:
-            raise CheckFailed(self.safe.words)
+            raise CheckFailed(self._left)
         if self.interrupted:
             raise Interrupted(
                 "" if self.driven else "interrupted; the loop never ticked, and nothing was written to the rig"

@@ -2,6 +2,7 @@
 in record_folders.py, what came of it in outcome.py."""
 
 import math
+import os
 import signal
 import time
 from collections.abc import Callable, Mapping, Sequence
@@ -16,6 +17,8 @@ from rig.app.runs.record_folders import prepare_folder
 from rig.app.supervise import watching
 from rig.app.supervised_command import check_last_resort
 from rig.app.terminal import console, progress
+from rig.app.trying_on import TryingOn
+from rig.app.watcher_process import driver_of
 from rig.channels import Channels
 from rig.errors import RigError
 from rig.realtime import measures
@@ -112,9 +115,14 @@ def _run(
     finally:
         last = session.ring.latest()
         cause = explain(last.fault, message_of(last.fault, session.ring)) if last is not None and last.fault else ""
-        left = session.close(lambda line: console("-").print(line, style="yellow", markup=False))
+        left = session.close(
+            lambda line: console("-").print(line, style="yellow", markup=False),
+            lambda *how: _insist(rig, operator, *how),
+        )
         outcome.runs += left
-        outcome.safe, outcome.driven = session.safe, session.ticked
+        outcome.safe, outcome.insisted, outcome.driven = session.safe, session.insisted, session.ticked
+        if outcome.insisted and outcome.safe.safe:
+            console("-").print(f"{outcome.safe.words}{outcome.insisted}", style="green", markup=False)
         if session.given_up:
             lost = [f"{run.file}: {run.error}" for run in left if run.error]
             outcome.error = outcome.error or "; ".join(lost) or session.given_up
@@ -122,6 +130,13 @@ def _run(
             # its recorder was lost before it could tell
             asked_for = operator.asked_to_stop and last.fault in ASKED_FOR
             outcome.error = outcome.error or ("" if asked_for else cause)
+
+
+def _insist(rig: RigConfig, operator: "_Operator", done: Callable[[], bool], attempt: Callable[[], None]) -> str:
+    """Try on to make a rig safe whose device was lost, until the operator says once more that it is enough."""
+    before = operator.presses
+    safe_mpa = rig.safe.p1_mpa, rig.safe.p2_mpa
+    return TryingOn(safe_mpa, lambda: operator.presses > before, driver_of(rig, os.getpid())).go_on(done, attempt)
 
 
 def check_realtime(rig: RigConfig, report: Mapping[str, str], force: bool) -> None:
@@ -174,6 +189,8 @@ class _Operator:
     def __init__(self) -> None:
         self._session: Session | None = None
         self.asked_to_stop = False
+        self.presses = 0
+        """How often he has asked for the end; a terminal that is gone asks for nothing more than the first stop."""
 
     def command(self, session: Session) -> None:
         self._session = session
@@ -187,6 +204,7 @@ class _Operator:
 
     def signalled(self, number: int) -> None:
         again, self.asked_to_stop = self.asked_to_stop, True
+        self.presses += number != signal.SIGHUP
         if self._session is not None:
             if again and number == signal.SIGINT:
                 self._session.mailbox.estop()

@@ -273,10 +273,14 @@ class ProcessWatch:
     def settle(self, patience_s: float) -> SafeReport:
         """Wait until the safe state of a loop that has ended is known, or for `patience_s`; blocks."""
         deadline = time.monotonic() + patience_s
-        while not is_final(self.safe) and time.monotonic() < deadline:
+        while not self.is_settled() and time.monotonic() < deadline:
             self.follow_up()
             time.sleep(_POLL_S)
         return self.safe
+
+    def is_settled(self) -> bool:
+        """All is known of the safe state that can be, and the device has taken it."""
+        return is_final(self.safe)
 
     def close(self) -> None:
         """Let go of the loop's process; somebody who still takes over keeps it. He is waited for: a process that ends

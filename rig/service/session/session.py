@@ -32,6 +32,8 @@ from rig.service.session.setups import LoopSetup
 from rig.service.session.watchers import WatcherEntry, Watchers, await_ready
 
 LoopEntry = Callable[[LoopSetup, Connection], None]
+Insistence = Callable[[Callable[[], bool], Callable[[], None]], str]
+"""Calls the second again and again until the first is so, or it has had enough; returns how it went, in words."""
 END_PATIENCE_S = 5.0
 """For a loop to leave through its safe state, which has a bound of its own (`rig.realtime.loop.LEAVING_NS`); then it is
 killed."""
@@ -97,6 +99,8 @@ class Session:
         """From the moment on at which the processes are there."""
         self.safe = SafeReport()
         """What was known of the safe state when the session had ended."""
+        self.insisted = ""
+        """How it went where its safe state had to be insisted on."""
         self.ticked = False
         """Whether the loop had ever ticked then: before, it writes nothing."""
         self.loop: BaseProcess | None = None
@@ -245,11 +249,12 @@ class Session:
                 return str(text) if kind != "ready" else ""
         return ""
 
-    def close(self, say: Callable[[str], None] = _LOG.warning) -> list[RunResult]:
+    def close(self, say: Callable[[str], None] = _LOG.warning, insist: Insistence | None = None) -> list[RunResult]:
         """End the loop through its safe state, let the recorder finish, remove the shared memory; returns the last
         results, those of records that the recorder left unfinished among them.
 
-        `safe` then says what became of the rig: a loop that could not write it is followed up by whoever is left.
+        `safe` then says what became of the rig: a loop that could not write it is followed up by whoever is left, for a
+        few seconds, and then for as long as `insist` calls; `insisted` is what that returned.
         `say` gets a line every few seconds while the recorder is waited for; `given_up` says that it was in vain.
         """
         self.watchers.wake()  # a process that somebody stopped is to come to a proper end
@@ -259,6 +264,10 @@ class Session:
         self.ticked = self.ring.heartbeat_ns != 0
         if self.watch is not None and self.ticked:
             self.safe = self.watch.settle(SETTLE_S)
+            if not self.safe.safe and insist is not None:
+                self.end_recording()
+                self.insisted = insist(self.watch.is_settled, self.watch.follow_up)
+                self.safe = self.watch.safe
             if not self.safe.safe:
                 self.watchers.block.release()  # they would go on trying, while the next session waits for them
         self.watchers.end()

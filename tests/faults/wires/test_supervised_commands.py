@@ -11,13 +11,15 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
-from click.testing import CliRunner
+from click.testing import CliRunner, Result
 
+from drivers.modbus_io.settings import ExchangeMode
 from hil.terminals import Terminals
-from rig.app import shipped
+from rig.app import compose, shipped, wire_locks
 from rig.cli.commands import cli
 from rig.qualify.faults.bench import RIG, SAFE_MPA, named_children
 from rig.qualify.faults.wired import ModbusFaultBench
+from rig.realtime.clock import MonotonicClock
 
 KILL, STOP = signal.SIGKILL, signal.SIGSTOP
 
@@ -154,3 +156,45 @@ def test_a_watchdog_that_takes_too_long_is_refused_before_anything_moves(tmp_pat
         assert "its watchdog takes 60 s" in " ".join(forced.output.split()), forced.output
         assert bench.terminals.writes > written
         assert bench.is_safe
+
+
+@pytest.fixture
+def tripped(tmp_path: Path) -> Iterator[ModbusFaultBench]:
+    """A computer that drove the module was lost."""
+    with ModbusFaultBench(tmp_path) as bench:
+        lost = compose.make_device(compose.load(bench.rig), MonotonicClock(), {"mode": ExchangeMode.SEPARATE})
+        lost.open()
+        lost.write(0.3, 0.3)
+        bench.wait(lambda: bench.terminals.setpoints == (0.0, 0.0), "the module's own watchdog", 10.0)
+        yield bench
+        lost.close()
+
+
+def _probed(bench: ModbusFaultBench, *more: str) -> Result:
+    return CliRunner().invoke(cli, ["devices", "probe", "--ticks", "20", "--rig", str(bench.rig), *more])
+
+
+def test_a_module_whose_watchdog_has_tripped_is_probed(tripped: ModbusFaultBench) -> None:
+    """It was "device failure; close and open again", for ever: who only looks starts no watchdog."""
+    line = str(_probed(tripped).exception)
+    assert line.startswith("wago: its own watchdog has tripped, as when a computer is lost")
+    assert f"`pamrig service safe --rig {tripped.rig}` does, and writes the safe pressures, 0.15 and 0.15 MPa" in line
+    assert tripped.terminals.setpoints == (0.0, 0.0), "a probe moves nothing"
+    assert CliRunner().invoke(cli, ["service", "safe", "--rig", str(tripped.rig)]).exit_code == 0
+    assert tripped.is_safe
+    done = _probed(tripped)
+    assert "watchdog has tripped" not in f"{done.output} {done.exception}"
+
+
+def test_a_probe_that_may_move_the_rig_starts_a_tripped_watchdog_anew(tripped: ModbusFaultBench) -> None:
+    done = _probed(tripped, "--step", "--settle", "0.1", "--yes")
+    assert "a watchdog had tripped: the safe state was written" in done.output
+    assert "watchdog has tripped" not in f"{done.output} {done.exception}"
+    assert tripped.is_safe
+
+
+def test_a_tripped_watchdog_of_a_rig_that_somebody_drives_is_his(tripped: ModbusFaultBench) -> None:
+    with wire_locks.held(compose.wires_of(compose.load(tripped.rig))):
+        done = _probed(tripped, "--step", "--yes")
+    assert ": reset it there" in str(done.exception)
+    assert tripped.terminals.setpoints == (0.0, 0.0)

@@ -4,6 +4,8 @@ import contextlib
 import math
 import signal
 import threading
+import time
+from collections.abc import Callable
 from types import TracebackType
 from typing import Any
 
@@ -191,3 +193,102 @@ def test_the_first_set_points_are_the_pressures_that_stand(
         ticker.go_to(0.3, 0.3)
     assert device.written[0] == pytest.approx(tuple(min(p + step_mpa, 0.3) for p in begins))
     assert device.written[-1] == (0.3, 0.3)
+
+
+class Away(Pressed):
+    """A device that is lost once it was written to, and takes the safe state only when `back` is set; who asks for it
+    then may be `struck_by` a signal."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.struck, self.moved = True, False
+        self.back = threading.Event()
+        self.asked = 0
+        self.on_asking: Callable[[int], None] = lambda _: None
+
+    def read(self) -> Measurement:
+        if self.moved and not self.back.is_set():
+            raise DeviceLost("scripted: gone")
+        return super().read()
+
+    def write(self, *_: float) -> None:
+        self.moved, self.is_safe = True, False
+
+    def safe(self) -> None:
+        self.asked += 1
+        self.on_asking(self.asked)
+        if not self.back.is_set():
+            raise DeviceLost("scripted: gone")
+        self.is_safe = True
+
+    def holds_safe(self) -> bool:
+        return self.is_safe
+
+
+@pytest.fixture
+def impatient(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(bringup, "MAKE_SAFE_S", 0.05)
+    monkeypatch.setattr(bringup, "SLEW_MPA_S", 1e-3)
+
+
+@pytest.mark.usefixtures("impatient")
+def test_a_device_that_comes_back_late_is_made_safe_and_the_last_line_says_so(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    """After two seconds the command was over, "NOT SAFE", and the old set-points stood when the device was back."""
+    device = Away()
+    device.on_asking = lambda count: device.back.set() if count > 30 else None
+    with pytest.raises(DeviceLost) as lost, DeviceTicker(device, 5_000_000, SAFE_MPA) as ticker:
+        ticker.go_to(0.3, 0.3)
+    assert device.is_safe
+    said = str(lost.value)
+    assert said.startswith("scripted: gone; safe state written by the commanding process, seen at the device")
+    assert "NOT SAFE as far as is known: the device does not take the safe state" in capsys.readouterr().err
+
+
+@pytest.mark.usefixtures("impatient")
+def test_ctrl_c_ends_the_trying_with_an_honest_word() -> None:
+    device = Away()
+    device.on_asking = lambda count: signal.raise_signal(signal.SIGINT) if _is_main() and count > 10 else None
+    with pytest.raises(DeviceLost) as lost, DeviceTicker(device, 5_000_000, SAFE_MPA) as ticker:
+        ticker.go_to(0.3, 0.3)
+    said = str(lost.value)
+    assert said.startswith("scripted: gone; NOT SAFE as far as is known: old set-points may stand, open the dump valve")
+    assert said.endswith("given up by Ctrl-C or a signal after 0 s of trying")
+    assert not device.is_open
+
+
+def _is_main() -> bool:
+    return threading.current_thread() is threading.main_thread()
+
+
+def said_soon(capsys: pytest.CaptureFixture[str], words: str) -> bool:
+    said, deadline = "", time.monotonic() + 5.0
+    while words not in said and time.monotonic() < deadline:
+        said += capsys.readouterr().err
+        time.sleep(0.001)
+    return words in said
+
+
+@pytest.mark.usefixtures("impatient")
+def test_a_device_is_tried_for_as_long_as_somebody_is_asked_for_a_number(capsys: pytest.CaptureFixture[str]) -> None:
+    """It was tried for two seconds, and then the old set-points stood under the question."""
+    device, heard = Away(), threading.Event()
+    with pytest.raises(DeviceLost), DeviceTicker(device, 5_000_000, SAFE_MPA) as ticker:  # noqa: PT012
+        with contextlib.suppress(DeviceLost):
+            ticker.go_to(0.3, 0.3)
+        assert said_soon(capsys, "the safe state is written as soon as the device takes it")
+        device.on_asking = lambda _: heard.set()
+        device.back.set()
+        assert heard.wait(5.0), "the question is still open"
+        assert said_soon(capsys, "seen at the device")
+        assert device.is_safe
+        ticker.wait(1.0)
+
+
+def test_a_rig_that_was_left_by_ctrl_c_is_said_to_be_safe(capsys: pytest.CaptureFixture[str]) -> None:
+    device = Away()
+    device.back.set()
+    with pytest.raises(KeyboardInterrupt):
+        held(device, given_up=True)
+    assert "safe state written by the commanding process, seen at the device" in capsys.readouterr().err

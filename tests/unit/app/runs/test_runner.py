@@ -21,15 +21,14 @@ from rig.app.loop_process import loop_process
 from rig.app.runs import record_folders, runner
 from rig.app.runs.outcome import RunOutcome
 from rig.app.runs.runner import Planned, RunOptions
-from rig.app.watcher_process import watcher_process
-from rig.errors import CheckFailed, DeviceError, Interrupted, RigError
+from rig.errors import CheckFailed, Interrupted, RigError
 from rig.realtime.faults import Fault
 from rig.realtime.safe_state import Outcome as SafeOutcome
-from rig.realtime.safe_state import SafeReport, SecondPath, Writer
+from rig.realtime.safe_state import SafeReport, Writer
 from rig.sample import Sample
 from rig.service.records.recorder_messages import RunResult
 from rig.service.session.run_setup import program_of
-from rig.service.session.session import Session, Watching
+from rig.service.session.session import Session
 from rig.service.session.setups import LoopSetup
 
 DENIED = {"fifo": "denied: Operation not permitted", "mlock": "granted"}
@@ -194,33 +193,6 @@ def test_a_driver_that_fails_by_a_bug_when_it_is_opened_is_one_line(capfd: pytes
     finally:
         session.close()
     assert "Traceback" not in capfd.readouterr().err
-
-
-def loop_whose_device_takes_no_safe_state(setup: LoopSetup, pipe: Connection) -> None:
-    def refuse(_: SimulatedRig) -> None:
-        raise DeviceError("no answer")
-
-    SimulatedRig.safe = refuse  # type: ignore[method-assign]
-    loop_process(setup, pipe)
-
-
-def test_a_device_that_is_lost_on_the_way_out_is_told_though_every_record_is_whole(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """The loop ended in good order, nobody brought the valves to their safe set-points, and the command succeeded."""
-
-    def out_of_reach() -> None:
-        raise DeviceError("no answer")
-
-    beside = Watching(watcher_process, (), lambda: SecondPath(out_of_reach))
-    monkeypatch.setattr(runner, "loop_process", loop_whose_device_takes_no_safe_state)
-    monkeypatch.setattr(compose, "outlives_the_loop", lambda _: True)
-    monkeypatch.setattr(runner, "watching", lambda _: beside)
-    monkeypatch.setattr("rig.service.session.session.SETTLE_S", 0.3)
-    plan = replace(program(), run=1)
-    outcome = runner.carry_out(compose.load(None), [Planned("a", plan)], RunOptions(tmp_path / "out", virtual=True))
-    assert [(run.valid, run.fault) for run in outcome.runs] == [(True, 0)]
-    assert ends(outcome).startswith("NOT SAFE as far as is known: the commanding process could not bring the device")
 
 
 def test_a_fault_outside_a_record_is_told(tmp_path: Path) -> None:

@@ -143,7 +143,8 @@ def test_points_that_were_typed_outlive_a_device_that_is_lost(tmp_path: Path, mo
     result = call("calibrate", "pressures", *LEVELS, "-o", str(out), typed=TYPED)
     assert type(result.exception) is DeviceLost
     assert str(result.exception) == (
-        f"myRIO RIO0: the session is lost; the points are kept in {tmp_path / 'cal.points.yaml'}"
+        "myRIO RIO0: the session is lost; safe state written by the commanding process, not confirmed: the device has "
+        f"not been read back; the points are kept in {tmp_path / 'cal.points.yaml'}"
     )
     assert kept_points(out) == [[0.1, 0.101], [0.2, 0.201]]
     assert not out.exists()
