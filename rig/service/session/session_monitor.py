@@ -24,6 +24,7 @@ from rig.service.aside import aside_or_here
 from rig.service.connections.protocol import Code, Refused
 from rig.service.records.recorder_messages import RunResult, message_of
 from rig.service.session.last_resort import last_resort
+from rig.service.session.left_unsafe import LeftUnsafe
 from rig.service.session.process_watch import is_final
 from rig.service.session.session import LoopEntry, Session, Watching, spoken
 from rig.service.session.telemetry import Telemetry
@@ -70,6 +71,8 @@ class SessionMonitor:
         self.session: Session | None = None
         self._opening: Session | None = None
         """The session that comes to be."""
+        self._left = LeftUnsafe()
+        """By the session before, as long as there is no other."""
         self.telemetry: Telemetry | None = None
         self.results: dict[int, RunResult] = {}
         self._broken = Fault.NONE
@@ -85,6 +88,7 @@ class SessionMonitor:
         """Start a session. A device that does not answer is a fault like any other: the daemon stays, and says so. One
         for whose opening less `estops` were known than have come begins stopped."""
         parts, session = self._parts, None
+        self._left.end()
         try:
             session = self._opening = Session(
                 parts.loop, parts.rig, virtual=parts.virtual, seed=parts.seed, options=parts.options,
@@ -100,10 +104,12 @@ class SessionMonitor:
         except (RigError, OSError) as error:  # OSError: the machine gives no process, descriptor or memory
             if session is not None:
                 session.close()
+                self._left.take(session)
             fault = Fault.DEVICE_LOST if isinstance(error, DeviceError | ConfigError) else Fault.LOOP_DIED
             self._break(fault, str(error))
+            self._left.begin(parts.watching.second_path if parts.watching is not None else None, parts.driver)
         else:
-            self.session, self.telemetry = session, Telemetry(session.ring)
+            self.session, self.telemetry, self._left = session, Telemetry(session.ring), LeftUnsafe()
             self._broken, self._message = Fault.NONE, ""
         finally:
             self._opening = None
@@ -123,8 +129,9 @@ class SessionMonitor:
         few seconds while the recorder is waited for, and the log what is lost of records."""
         session, self.session = self.session, None
         if session is None:
-            return "the rig was not open, and nothing was written to it"
+            return self._left.end() or "the rig was not open, and nothing was written to it"
         left = session.close(say)
+        self._left.take(session)
         self.results |= {result.run: result for result in left}
         for result in left:
             if result.error:
@@ -163,7 +170,7 @@ class SessionMonitor:
     def safe(self) -> SafeReport | None:
         """What is known of the safe state; None while the loop commands, and before there is a rig."""
         watch = self.session.watch if self.session is not None else None
-        report = watch.safe if watch is not None else SafeReport()
+        report = watch.safe if watch is not None else self._left.report
         if not report.writer and self.state is not State.FAULT:
             return None
         return replace(report, outcome=Outcome.OVERRULED) if self._elsewhere() else report
@@ -334,7 +341,7 @@ class SessionMonitor:
         finally:
             await aside_or_here(path.close)
         self._refuse_if_overruled()
-        return SafeReport(Writer.CONTROL, outcome=outcome, written_ns=time.monotonic_ns())
+        return self._left.tell(outcome)
 
     @property
     def needs_new_session(self) -> bool:

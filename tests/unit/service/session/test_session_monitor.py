@@ -5,9 +5,11 @@ import errno
 import gc
 import os
 import threading
+import time
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any, cast
 
 import pytest
@@ -16,10 +18,10 @@ from support.rigs.fieldbus_rigs import soon
 from rig.app.compose import load
 from rig.app.shipped import find_config
 from rig.app.supervise import parts_of
-from rig.errors import StateError
+from rig.errors import DeviceError, StateError
 from rig.realtime.faults import Fault
 from rig.realtime.ring import Ring
-from rig.realtime.safe_state import Outcome, SafeReport, SecondPath
+from rig.realtime.safe_state import Outcome, SafeReport, SecondPath, Writer
 from rig.realtime.shared import folder, living_owner
 from rig.realtime.state import Event, State
 from rig.service.connections.protocol import Refused
@@ -173,3 +175,59 @@ def test_an_emergency_stop_without_a_loop_waits_for_no_disk() -> None:
 
     assert asyncio.run(stop()).outcome is Outcome.SEEN
     assert written
+
+
+def test_a_rig_that_was_left_unsafe_is_made_safe_also_after_a_reset_that_could_not_open_it(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """The reset ended the session of a device that was away, and with it all who tried to make it safe: the old
+    set-points stood when it was back."""
+    device = SimpleNamespace(back=False, asked=0, closed=0)
+
+    def safe() -> None:
+        device.asked += 1
+        if not device.back:
+            raise DeviceError("no answer")
+
+    def close() -> None:
+        device.closed += 1
+
+    path = SecondPath(safe, lambda: device.back, close)
+    driving: list[str] = []
+    parts = replace(
+        parts_of(load(None)),
+        watching=Watching(cast(Any, None), (), lambda: path),
+        driver=lambda: driving[-1] if driving else "",
+    )
+    monkeypatch.setattr("rig.service.session.session_monitor.Session", no_answer)
+    monitor = SessionMonitor(parts)
+    failed = SafeReport(Writer.GUARDIAN, outcome=Outcome.FAILED)
+    monitor.session = cast(
+        Any,
+        SimpleNamespace(watch=None, loop_alive=False, close=lambda _: [], safe=failed, ticked=True, left="", ring=None),
+    )
+    monitor.reopen(0)
+    assert monitor.session is None
+    assert soon(lambda: device.asked > 2)
+    assert monitor.safe is not None
+    assert monitor.safe.words.startswith("NOT SAFE as far as is known: the commanding process could not")
+    monitor.reopen(0)  # once more, as one does
+    asked = device.asked
+    assert soon(lambda: device.asked > asked)
+    driving.append("it is driven by process 12")
+    assert soon(lambda: not asked_meanwhile(device)), "its set-points are his"
+    driving.clear()
+    device.back = True
+    assert soon(lambda: monitor.safe is not None and monitor.safe.outcome is Outcome.SEEN)
+    assert monitor.close() == "safe state written by the commanding process, seen at the device"
+    assert device.closed == 2
+
+
+def asked_meanwhile(device: SimpleNamespace) -> bool:
+    before = device.asked
+    time.sleep(0.25)
+    return bool(device.asked != before)
+
+
+def no_answer(*_: object, **__: object) -> None:
+    raise DeviceError("no answer")

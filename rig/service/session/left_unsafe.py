@@ -1,0 +1,78 @@
+"""A rig that was left under pressure, and whose device could not be opened anew: there is no session any more, and it
+is tried on until the device has taken the safe state."""
+
+import logging
+import threading
+import time
+from collections.abc import Callable
+from typing import Final
+
+from rig.realtime.safe_state import Outcome, SafeReport, SecondPath, Writer, write_and_look
+from rig.service.aside import NoThread, StandBy
+from rig.service.session.session import Session
+
+_AGAIN_S: Final = 0.1
+"""Between two attempts, each of which connects anew."""
+_LET_GO_S: Final = 3.0
+"""For the attempt that is under way: to connect, to write, and to look, a second each at most."""
+_POLL_S: Final = 0.01
+_LOG = logging.getLogger("pamrig")
+
+
+class LeftUnsafe:
+    """What the session before left. `begin` when there is no other, `end` before there is one."""
+
+    def __init__(self) -> None:
+        self.report = SafeReport()
+        """What is known of the safe state since then."""
+        self.owed = False
+        """The loop of that session had ticked, and the device did not take the safe state."""
+        self._ended = threading.Event()
+        self._hands: StandBy | None = None
+
+    def take(self, session: Session) -> None:
+        """That session has been closed."""
+        if session.ticked:
+            self.report, self.owed = session.safe, not session.safe.safe
+
+    def begin(self, make: Callable[[], SecondPath] | None, driver: Callable[[], str]) -> None:
+        """Try on, from a thread of its own, where that is owed; not while another process drives the rig by `driver`.
+        Without a way to the device, by `make`, nothing is left under pressure."""
+        if make is None or not self.owed:
+            return
+        try:
+            self._hands = StandBy()
+        except NoThread as error:
+            _LOG.error("nobody goes on to make the rig safe: %s; `pamrig estop` tries once more", error)
+            return
+        self._ended.clear()
+        self._hands.begin(lambda: self._try_on(make, driver))
+
+    def _try_on(self, make: Callable[[], SecondPath], driver: Callable[[], str]) -> None:
+        path = make()
+        try:
+            while self.owed and not self._ended.is_set():
+                if not driver():
+                    self.tell(write_and_look(path))
+                self._ended.wait(_AGAIN_S)
+        finally:
+            path.close()
+
+    def tell(self, outcome: Outcome) -> SafeReport:
+        """What this process has come to."""
+        written_ns = time.monotonic_ns() if outcome >= Outcome.WRITTEN else 0
+        seen_ns = written_ns if outcome is Outcome.SEEN else 0
+        self.report = SafeReport(Writer.CONTROL, outcome=outcome, written_ns=written_ns, confirmed_ns=seen_ns)
+        self.owed = self.owed and not self.report.safe
+        return self.report
+
+    def end(self) -> str:
+        """Try no more; returns what became of the rig, in words, and nothing where no session has left it so."""
+        self._ended.set()
+        hands, self._hands = self._hands, None
+        if hands is not None:
+            hands.end()
+            deadline = time.monotonic() + _LET_GO_S
+            while hands.busy and time.monotonic() < deadline:
+                time.sleep(_POLL_S)
+        return self.report.words if self.report.writer else ""
