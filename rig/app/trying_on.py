@@ -16,6 +16,11 @@ for him for ever."""
 _SAY_S: Final = 10.0
 _LOOK_S: Final = 0.05
 NOT_SAFE: Final = "NOT SAFE as far as is known"
+TRIED_ON: Final = (
+    f"{NOT_SAFE}: the device does not take the safe state. It is written as soon as it is back, for {PATIENCE_S:g} s: "
+    "keep clear of the joint, or open the dump valve"
+)
+"""For who cannot be told to end."""
 
 
 @dataclass(frozen=True)

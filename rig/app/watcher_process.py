@@ -6,11 +6,13 @@ import functools
 import os
 import signal
 import sys
+import time
 from collections.abc import Callable, Mapping
 from multiprocessing.connection import Connection
 from typing import Any, Final
 
 from rig.app import compose, wire_locks
+from rig.app.trying_on import PATIENCE_S, TRIED_ON
 from rig.errors import RigError, StateError
 from rig.interfaces import Device, abilities_of
 from rig.realtime import measures
@@ -36,6 +38,8 @@ _SOONER: Final = 10
 for the whole next one when it wakes late."""
 ABOVE_THE_LOOP: Final = 5
 _MOST_PRIORITY: Final = 99
+_LOOKS_NS: Final = 2_000_000_000
+"""A supervisor that tries beats between two attempts."""
 
 
 def patience_periods(rig: RigConfig) -> int:
@@ -57,7 +61,8 @@ def watcher_process(setup: WatcherSetup, pipe: Connection) -> None:
     device = outside(rig, setup.options)
     try:
         block = SafeBlock.attach(setup.block, setup.session)
-        supervisor = _supervisor(setup, rig, block, device)
+        alone = GoesOnAlone(rig, block, setup.writer)
+        supervisor = _supervisor(setup, rig, block, device, alone)
     except StateError as error:
         pipe.send(("state", str(error)))
         return
@@ -66,19 +71,43 @@ def watcher_process(setup: WatcherSetup, pipe: Connection) -> None:
     pipe.send(("ready", _take_measures(rig)))
     pipe.close()
     try:
-        if supervisor.run() is not LoopVerdict.WATCHING and setup.speaks:
+        if supervisor.run() is not LoopVerdict.WATCHING and (setup.speaks or alone.since_s):
             _speak(block, setup.writer)
     finally:
         with contextlib.suppress(Exception):
             device.close()
 
 
-def _supervisor(setup: WatcherSetup, rig: RigConfig, block: SafeBlock, device: Device) -> Supervisor:
+class GoesOnAlone:
+    """Whether a watcher tries on although its time is over: where nobody commands any more who would do so."""
+
+    def __init__(self, rig: RigConfig, block: SafeBlock, writer: Writer) -> None:
+        self._block, self._writer, self._driver = block, writer, driver_of(rig)
+        self._commander = os.getppid()
+        self.since_s = 0.0
+        """It does so since then."""
+
+    def __call__(self) -> bool:
+        if os.getppid() == self._commander or self._driver():
+            return False
+        if not self.since_s:
+            self.since_s = time.monotonic()
+            if self._writer is Writer.SUPERVISOR or not self._supervisor_looks():
+                _print(f"the process that held the rig is gone; {TRIED_ON}")
+        return time.monotonic() - self.since_s < PATIENCE_S
+
+    def _supervisor_looks(self) -> bool:
+        return time.monotonic_ns() - self._block.beat_ns(Writer.SUPERVISOR) < _LOOKS_NS
+
+
+def _supervisor(
+    setup: WatcherSetup, rig: RigConfig, block: SafeBlock, device: Device, goes_on: Callable[[], bool]
+) -> Supervisor:
     """The guardian has twice the supervisor's patience, at least its own, and gives the others as long for a loop that
     has ended."""
     ring, loop = Ring.attach(setup.ring, setup.session), WatchedProcess(setup.pid)
     path = SecondPath.of(device) if compose.outlives_the_loop(rig) else None
-    authority = SafeStateAuthority(setup.writer, block, ring, loop, path)
+    authority = SafeStateAuthority(setup.writer, block, ring, loop, path, goes_on)
     patience_ns = setup.patience_ns or patience_periods(rig) * rig.period_ns - rig.period_ns // _SOONER
     grace_ns = 0
     if setup.writer is Writer.GUARDIAN:
@@ -105,7 +134,12 @@ def _speak(block: SafeBlock, who: Writer) -> None:
     best = block.best()
     if best.writer not in (who, Writer.NOBODY) or (best.writer is Writer.NOBODY and who is not Writer.SUPERVISOR):
         return
-    print(f"pamrig: the process that held the rig is gone or did not move; {best.words}", file=sys.stderr, flush=True)
+    _print(f"the process that held the rig is gone or did not move; {best.words}")
+
+
+def _print(line: str) -> None:
+    with contextlib.suppress(OSError):  # a terminal that is gone with the process
+        print(f"pamrig: {line}", file=sys.stderr, flush=True)
 
 
 def outside(rig: RigConfig, options: Mapping[str, Any] | None = None) -> Device:

@@ -27,7 +27,10 @@ GONE_PATIENCE_S: Final = 0.5
 RETRY_S: Final = 0.02
 """Between two attempts to write the safe state or to read it back."""
 _PERSISTENCE_S: Final = 10.0
-"""So long the attempts go on with a device that does not take it; then its own watchdog is all that is left."""
+"""So long the attempts go on with a device that does not take it, and longer only where nobody else is left to try;
+then its own watchdog is all that is left."""
+_LATE_RETRY_S: Final = 0.25
+"""Between two attempts from then on: a watcher looks as often that it is not released."""
 _FD_SETSIZE: Final = 1024
 """select(2) knows no descriptor from there on, of which a notebook may hold many."""
 _SAME_LOSS_NS: Final = 5_000_000_000
@@ -303,14 +306,22 @@ class SafeStateAuthority:
     """Takes a lost loop's place as the one who writes: ends it, makes safe, looks, repeats."""
 
     def __init__(
-        self, writer: Writer, block: SafeBlock, ring: Ring, loop: WatchedProcess, path: SecondPath | None
+        self,
+        writer: Writer,
+        block: SafeBlock,
+        ring: Ring,
+        loop: WatchedProcess,
+        path: SecondPath | None,
+        goes_on: Callable[[], bool] = bool,
     ) -> None:
-        """Without a `path` the plant is in the loop's process, and all there is to do is to end it."""
+        """Without a `path` the plant is in the loop's process, and all there is to do is to end it. `goes_on`: whether
+        to try on where the usual time for it is over."""
         self._writer, self._block, self._ring, self._loop, self._path = writer, block, ring, loop, path
+        self._goes_on = goes_on
 
     def take_over(self, verdict: LoopVerdict, persistence_s: float = _PERSISTENCE_S) -> SafeReport:
-        """Blocks until the safe state was seen at the device, or for `persistence_s`; each step is published as it is
-        known.
+        """Blocks until the safe state was seen at the device, or for `persistence_s` and as long as this one goes on;
+        each step is published as it is known.
 
         The first write does not wait for the loop's end. A loop that is killed in the middle of a write may bring its
         old set-point after it, so only a write after its end counts, and a stopped loop that somebody continues never
@@ -329,9 +340,10 @@ class SafeStateAuthority:
             report = self._told(report, outcome if gone else Outcome.FAILED)
             attempts += report.outcome is Outcome.WRITTEN
             enough = report.outcome > Outcome.WRITTEN or attempts >= _LOOKS or (gone and self._seen_by_another(report))
-            if enough or self._block.released or time.monotonic() > deadline:
+            late = time.monotonic() > deadline
+            if enough or self._block.released or (late and not self._goes_on()):
                 return report
-            time.sleep(RETRY_S)
+            time.sleep(_LATE_RETRY_S if late else RETRY_S)
 
     def _seen_by_another(self, report: SafeReport) -> bool:
         """Two who go on at once could each hold one of two wires."""

@@ -152,6 +152,27 @@ def test_a_device_that_cannot_be_reached_is_tried_again_and_never_called_safe(ri
     assert rig.block.best() == report
 
 
+def test_who_is_left_alone_tries_on_beyond_his_time(rig: Rig, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The command was killed while its device was away: supervisor and guardian gave up after ten seconds."""
+    monkeypatch.setattr("rig.realtime.safe_state._LATE_RETRY_S", 0.01)
+    asked, tries = [], []
+
+    def unreachable() -> None:
+        tries.append(1)
+        if len(asked) < 5:
+            raise DeviceError("no reply")
+
+    def goes_on() -> bool:
+        asked.append(1)
+        return True
+
+    rig.process.kill()
+    path = SecondPath(unreachable, rig.holds_safe)
+    authority = SafeStateAuthority(Writer.GUARDIAN, rig.block, rig.ring, rig.loop, path, goes_on)
+    assert authority.take_over(LoopVerdict.ENDED, persistence_s=0.02).outcome is Outcome.SEEN
+    assert len(asked) == 5
+
+
 def test_a_device_that_comes_back_is_made_safe(rig: Rig) -> None:
     tries = []
 

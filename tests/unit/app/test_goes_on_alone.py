@@ -1,0 +1,50 @@
+"""A watcher whose commanding process is gone, and whose device is away."""
+
+import os
+from collections.abc import Iterator
+
+import pytest
+from support.shared_names import unused_name
+
+from rig.app import compose, watcher_process
+from rig.app.trying_on import PATIENCE_S
+from rig.app.watcher_process import GoesOnAlone
+from rig.realtime.safe_state import SafeBlock, Writer
+
+name = pytest.fixture(unused_name)
+
+
+@pytest.fixture
+def block(name: str) -> Iterator[SafeBlock]:
+    block = SafeBlock.create(f"{name}-safe", 1)
+    yield block
+    block.block.unlink()
+
+
+def test_while_somebody_commands_it_is_he_who_tries_on(block: SafeBlock) -> None:
+    assert not GoesOnAlone(compose.load(None), block, Writer.SUPERVISOR)()
+
+
+@pytest.mark.parametrize(("writer", "speaks"), [(Writer.SUPERVISOR, True), (Writer.GUARDIAN, False)])
+def test_without_him_a_watcher_does_for_as_long_as_a_command_would(
+    block: SafeBlock, writer: Writer, speaks: bool, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    alone = GoesOnAlone(compose.load(None), block, writer)
+    monkeypatch.setattr(os, "getppid", lambda: 1)
+    block.beat(Writer.SUPERVISOR)
+    assert alone()
+    assert alone()
+    said = capsys.readouterr().err
+    assert said.count("the process that held the rig is gone; NOT SAFE as far as is known") == speaks
+    began_s = alone.since_s
+    monkeypatch.setattr("time.monotonic", lambda: began_s + PATIENCE_S + 1.0)
+    assert not alone()
+
+
+def test_a_rig_that_somebody_else_drives_by_now_is_left_to_him(
+    block: SafeBlock, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(watcher_process, "driver_of", lambda _: lambda: "it is driven by process 12")
+    alone = GoesOnAlone(compose.load(None), block, Writer.SUPERVISOR)
+    monkeypatch.setattr(os, "getppid", lambda: 1)
+    assert not alone()
