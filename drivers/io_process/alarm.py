@@ -6,6 +6,7 @@ import os
 import select
 import signal
 import time
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
@@ -19,28 +20,46 @@ _GONE_S: Final = 0.1
 """A killed I/O process lets go of its wire within milliseconds."""
 
 
-def alarm(resource: str, patience_s: float) -> bool:
+@dataclass
+class StandingAlarm:
+    """What one caller has asked for and not heard the end of."""
+
+    pid: int = 0
+    """The I/O process that was asked."""
+    count: int = 0
+    """Of its alarms; 0: nothing is asked for."""
+
+    def answered(self) -> None:
+        """It was done; the next one is a new one."""
+        self.count = 0
+
+
+def alarm(resource: str, patience_s: float, standing: StandingAlarm | None = None) -> bool:
     """Tell the I/O process behind `resource`, whoever owns it, to write its safe outputs and to keep to them.
 
     True: it lives and the device has confirmed them. DevicePending when it lives and they are not confirmed yet: ask
     again; DeviceLost when it cannot reach the device, or takes no orders from this user. False: there is no such
     process, or there was one that could not be moved any more and was ended, so the caller has to open the wire itself.
-    One that somebody stopped goes on.
+    One that somebody stopped goes on. Who asks again gives what is `standing` of before: what was done between two
+    looks counts, and is not asked for anew for ever.
     """
     found = find(resource)
     if found is None:
         return False
     path, mailbox = found
     try:
-        return _alarmed(mailbox, path, resource, patience_s)
+        return _alarmed(mailbox, path, resource, patience_s, standing or StandingAlarm())
     finally:
         mailbox.close()
 
 
-def _alarmed(mailbox: IoMailbox, path: Path, resource: str, patience_s: float) -> bool:
+def _alarmed(mailbox: IoMailbox, path: Path, resource: str, patience_s: float, standing: StandingAlarm) -> bool:
     """An alarm that is not done yet is not raised anew: on a slow wire it would never be done."""
-    under_way = mailbox.report().alarm_done < mailbox.alarm
-    count = mailbox.alarm if under_way else mailbox.raise_alarm()
+    if not (standing.count and standing.pid == mailbox.pid):
+        under_way = mailbox.report().alarm_done < mailbox.alarm
+        standing.count = mailbox.alarm if under_way else mailbox.raise_alarm()
+        standing.pid = mailbox.pid
+    count = standing.count
     _let_go_on(mailbox)
     deadline = time.monotonic() + patience_s
     while (report := mailbox.report()).alarm_done < count and time.monotonic() < deadline:

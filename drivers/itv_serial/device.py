@@ -10,7 +10,7 @@ from math import isfinite
 from typing import Final
 
 from drivers.calibration import Calibration, curve, for_role, inverse
-from drivers.io_process.alarm import alarm, confirmed
+from drivers.io_process.alarm import StandingAlarm, alarm, confirmed
 from drivers.io_process.owner import IoProcess
 from drivers.io_process.worker import WorkerSetup
 from drivers.itv_serial.codec import Codec, Dialect, Pace, pace
@@ -60,6 +60,7 @@ class _Valve:
         valve, monitor = _VALVES[number]
         self.name = valve.value
         self.device = port.device
+        self.standing = StandingAlarm()
         self.drives, self.reads = valve in context.roles, monitor in context.roles
         self.codec = Codec(settings.dialect)
         self.pace: Pace = pace(settings.dialect, port.baud, port.bits_per_byte, self.reads)
@@ -209,7 +210,8 @@ class ItvSerial(Abilities):
                 if valve.io.alive:
                     raise  # its line is down: it writes the safe set-point as soon as it is back
                 return valve.io.restart_safe(patience_s)  # the loop must not wait for it, but call again
-        elif alarm(valve.device, patience_s):
+        elif alarm(valve.device, patience_s, valve.standing):
+            valve.standing.answered()
             return None
         valve.io.begin_rescue()
         return self._await_rescue(valve)
@@ -237,7 +239,7 @@ def _tell(valve: _Valve) -> bool:
     with contextlib.suppress(DeviceError):
         if valve.io.running:
             valve.io.safe(0.0)
-        elif not alarm(valve.device, 0.0):
+        elif not alarm(valve.device, 0.0, valve.standing):
             valve.io.begin_rescue()
             return True
     return False

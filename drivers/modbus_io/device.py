@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from math import isfinite
 from typing import Final
 
-from drivers.io_process.alarm import alarm, confirmed
+from drivers.io_process.alarm import StandingAlarm, alarm, confirmed
 from drivers.modbus_io.channels import Inputs, set_point_signals
 from drivers.modbus_io.plan import make_plan
 from drivers.modbus_io.routes import Direct, Process, Route, round_trip
@@ -46,6 +46,7 @@ class ModbusIo(Abilities):
         self._safe = self.numbers(context.safe_p1_mpa, context.safe_p2_mpa) if self._plan.driven else {}
         self._period_s = context.period_ns / 1e9
         self._route: Route | None = None
+        self._standing = StandingAlarm()
         self._safe_owed = False
         """The last safe state that was asked for could not be written."""
 
@@ -151,8 +152,8 @@ class ModbusIo(Abilities):
             self._route.restart_safe()
         elif self._route is not None:  # the loop calls, and must not wait
             self._rescue_on_tcp(_REPLY_SHARE * self._period_s, _REPLY_SHARE * self._period_s, feeding)
-        elif alarm(settings.resource, self._period_s / 2):
-            pass
+        elif alarm(settings.resource, self._period_s / 2, self._standing):
+            self._standing.answered()
         elif settings.serial is None:
             self._rescue_on_tcp(settings.patience_s, _RESCUE_S, feeding)
         else:

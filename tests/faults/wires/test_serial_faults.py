@@ -319,6 +319,26 @@ def test_the_supervisors_instance_reaches_the_ports_that_the_loop_holds(
     assert told(running) == SAFE_COUNTS, "the loop that still drives is not obeyed any more"
 
 
+def test_two_who_each_hold_a_port_both_come_to_see_the_safe_state(running: Emulation) -> None:
+    """Supervisor and guardian, each by the other's I/O process: what was done between two looks, four in a second, was
+    asked for anew at each of them, and neither ever called the rig safe."""
+    settings = rigs.valve_settings(running)
+    with closing(ItvSerial(settings, rigs.context(Role.VALVE_1))) as first:
+        first.safe()
+        running.trouble("valve_1", late_s=0.05)
+        both = rigs.context(Role.VALVE_1, Role.VALVE_2, period_ns=5_000_000)
+        with closing(ItvSerial(settings, both)) as second:
+            for _ in range(8):
+                with suppress(DeviceError):
+                    second.safe()
+                    break
+                time.sleep(0.25)
+            else:
+                raise AssertionError("it stands there, and is asked for again and again")
+            assert second.holds_safe() is True
+    assert told(running) == SAFE_COUNTS
+
+
 def test_safe_returns_when_the_wires_have_carried_it() -> None:
     """It returned at once, and a status right after a stop said "safe" of what stood in a queue."""
     running = rigs.valves("slow_valves", 9600)
