@@ -9,15 +9,17 @@ from typing import Final
 
 from rig.app.terminal import console
 
-PATIENCE_S: Final = 300.0
-"""A switch, a controller or a gateway that starts anew is back within one to three minutes. Who mends something for
-longer is at the rig, has its dump valve, and is not to find muscles filling beside his hands; nor is a script to wait
-for him for ever."""
+PATIENCE_S: Final = 60.0
+"""A plug that is put back, a module or a gateway that starts anew, is there again within a minute. Somebody or a script
+waits for the command's end to do something about a rig that is not safe, and is told of no end before."""
+ALONE_S: Final = 300.0
+"""Where the command itself is gone nobody waits: as long as a switch or a controller takes to start, and no longer, for
+who mends something at the rig is not to find muscles filling beside his hands."""
 _SAY_S: Final = 10.0
 _LOOK_S: Final = 0.05
 NOT_SAFE: Final = "NOT SAFE as far as is known"
 TRIED_ON: Final = (
-    f"{NOT_SAFE}: the device does not take the safe state. It is written as soon as it is back, for {PATIENCE_S:g} s: "
+    f"{NOT_SAFE}: the device does not take the safe state. It is written as soon as it is back, for {ALONE_S:g} s: "
     "keep clear of the joint, or open the dump valve"
 )
 """For who cannot be told to end."""

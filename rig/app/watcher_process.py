@@ -12,7 +12,7 @@ from multiprocessing.connection import Connection
 from typing import Any, Final
 
 from rig.app import compose, wire_locks
-from rig.app.trying_on import PATIENCE_S, TRIED_ON
+from rig.app.trying_on import ALONE_S, TRIED_ON
 from rig.errors import RigError, StateError
 from rig.interfaces import Device, abilities_of
 from rig.realtime import measures
@@ -94,7 +94,7 @@ class GoesOnAlone:
             self.since_s = time.monotonic()
             if self._writer is Writer.SUPERVISOR or not self._supervisor_looks():
                 _print(f"the process that held the rig is gone; {TRIED_ON}")
-        return time.monotonic() - self.since_s < PATIENCE_S
+        return time.monotonic() - self.since_s < ALONE_S
 
     def _supervisor_looks(self) -> bool:
         return time.monotonic_ns() - self._block.beat_ns(Writer.SUPERVISOR) < _LOOKS_NS

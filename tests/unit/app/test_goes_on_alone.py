@@ -7,7 +7,7 @@ import pytest
 from support.shared_names import unused_name
 
 from rig.app import compose, watcher_process
-from rig.app.trying_on import PATIENCE_S
+from rig.app.trying_on import ALONE_S
 from rig.app.watcher_process import GoesOnAlone
 from rig.realtime.safe_state import SafeBlock, Writer
 
@@ -37,7 +37,7 @@ def test_without_him_a_watcher_does_for_as_long_as_a_command_would(
     said = capsys.readouterr().err
     assert said.count("the process that held the rig is gone; NOT SAFE as far as is known") == speaks
     began_s = alone.since_s
-    monkeypatch.setattr("time.monotonic", lambda: began_s + PATIENCE_S + 1.0)
+    monkeypatch.setattr("time.monotonic", lambda: began_s + ALONE_S + 1.0)
     assert not alone()
 
 

@@ -34,7 +34,7 @@ def test_it_goes_on_until_the_device_takes_it_and_says_so_as_it_goes(capsys: pyt
     first, *others = capsys.readouterr().err.splitlines()
     assert first.startswith("NOT SAFE as far as is known: the device does not take the safe state.")
     assert "0.15 and 0.2 MPa: keep clear of the joint" in first
-    assert "Tried for 300 s, Ctrl-C gives it up" in first
+    assert "Tried for 60 s, Ctrl-C gives it up" in first
     assert [line.rpartition(": ")[2] for line in others] == [
         "tried for 10 s; for 290 s more, or until Ctrl-C",
         "tried for 20 s; for 280 s more, or until Ctrl-C",
@@ -43,7 +43,7 @@ def test_it_goes_on_until_the_device_takes_it_and_says_so_as_it_goes(capsys: pyt
 
 def test_it_has_a_bound() -> None:
     clock = Turned()
-    assert clock.trying().go_on(bool, clock.attempt) == "; given up after 300 s of trying"
+    assert clock.trying().go_on(bool, clock.attempt) == "; given up after 60 s of trying"
     assert clock.now_s == pytest.approx(PATIENCE_S, abs=0.1)
 
 
