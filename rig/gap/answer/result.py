@@ -9,7 +9,7 @@ from rig.gap.answer.facts import RAW, SIGNATURE, Evidence, Gap, Retuning, Verdic
 from rig.gap.hypotheses.library import UNKNOWN
 from rig.gap.plan.experiment import Experiment
 from rig.gap.reference.kinds import Kind
-from rig.gap.response.propagate import Applied
+from rig.gap.response.causes import Applied
 from rig.own_units import own_plain
 
 

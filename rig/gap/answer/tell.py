@@ -23,7 +23,7 @@ from rig.gap.plan.next_experiment import what_next
 from rig.gap.raw_tests.signature import Signature
 from rig.gap.records.pairs import Pairing
 from rig.gap.reference.build import commanded_gaps, from_own_zeros, rms_of
-from rig.gap.response.propagate import Applied, full_numbers
+from rig.gap.response.causes import Applied, full_numbers
 from rig.gap.settings import ABOVE_FLOOR, EITHER_CHANCE, EVEN_CHANCE, FAR, LEAST_EXPLAINED, Fitted
 from rig.record import Column
 

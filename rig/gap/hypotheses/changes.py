@@ -5,15 +5,8 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from rig.gap.response.propagate import (
-    Course,
-    HealthyJoint,
-    Ready,
-    RecordContext,
-    angle_with,
-    pressures_with,
-    response_with,
-)
+from rig.gap.response.causes import Ready
+from rig.gap.response.propagate import Course, HealthyJoint, RecordContext, angle_with, pressures_with, response_with
 from rig.model.response.model import ResponseModel
 from rig.record import Column
 

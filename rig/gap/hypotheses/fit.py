@@ -13,14 +13,12 @@ from operator import itemgetter
 import numpy as np
 
 from rig.gap.hypotheses.changes import Change
+from rig.gap.hypotheses.descent import Nearest, nearest
 from rig.gap.hypotheses.law_errors import log_densities, with_law
 from rig.gap.hypotheses.library import Effect, Law
 from rig.gap.likelihood.gaussian import Gaussian
 from rig.gap.reference.expectation import Factor
-from rig.gap.response.propagate import (
-    Applied,
-    ready,
-)
+from rig.gap.response.causes import Applied, ready
 from rig.gap.settings import (
     FIT_STEPS,
     MOST_ROUGH,
@@ -31,7 +29,6 @@ from rig.gap.settings import (
     Prior,
     UsualSizes,
 )
-from rig.identify.response.descent import Descent, descend
 from rig.model.effect_stages import EFFECT_STAGES
 from rig.model.response.model import ResponseModel
 from rig.record import Column
@@ -155,6 +152,8 @@ class Fit:
     """ln p of what it leaves, over how rough its law may be."""
     change: Column
     """(n,) what it changes."""
+    slopes: Column
+    """(l, k) of that by the law's free numbers, as lines."""
     forward: ForwardModel
     """On which it was judged."""
     roughness: float = 0.0
@@ -208,13 +207,14 @@ def fit_law(effect: Effect, law: Law, forward: ForwardModel, screening: ForwardM
     if best is None:
         return None
     start, fixed = best[1]
-    fit = descend(whole.weighing(fixed), start, whole.low, whole.high, FIT_STEPS)
-    if not np.isfinite(fit.cost):
+    fit = whole.nearest(start, fixed)
+    if not np.isfinite(fit.chi_square):
         return None
     whole, fit = _taken_anew(whole, fit, fixed)
-    if leaves_more_than_it_changes(whole.forward, whole.changed(fit.x, fixed)[1], whole.residual(fit.x, fixed)):
+    moved = whole.moved(fit.x, fixed)
+    if leaves_more_than_it_changes(whole.forward, moved, whole.gap - moved):
         return None
-    return whole.judged(effect, fit.x, fixed, fit.jacobian, fit.cost)
+    return whole.judged(effect, fit, fixed)
 
 
 def _as_rough(fit: Fit) -> Fit:
@@ -224,11 +224,11 @@ def _as_rough(fit: Fit) -> Fit:
     trial, fixed = _Trial(fit.law, fit.forward), fit.fixed
     factor, prior = fit.forward.factor, fit.forward.prior
     rough = with_law(factor.healthy, factor.lines, factor.lines.of(fit.change), fit.roughness, prior)
-    found = descend(lambda x: trial.weighed(x, fixed, rough), fit.sizes, trial.low, trial.high, FIT_STEPS)
-    if not np.isfinite(found.cost):
+    found = trial.nearest(fit.sizes, fixed, fit.slopes, rough)
+    if not np.isfinite(found.chi_square):
         return fit
-    here = descend(trial.weighing(fixed), found.x, trial.low, trial.high, 0)
-    again = trial.judged(fit.effect, found.x, fixed, here.jacobian, here.cost)
+    left = trial.gap - trial.moved(found.x, fixed)
+    again = trial.judged(fit.effect, replace(found, chi_square=factor.healthy.chi_square(left)), fixed)
     return max(fit, again, key=lambda one: one.log_evidence)
 
 
@@ -243,17 +243,17 @@ def leaves_more_than_it_changes(forward: ForwardModel, moved: Column, left: Colu
     return float(np.sum(beyond**2) - np.sum(healthy.variance)) > float(np.sum(moved**2))
 
 
-def _taken_anew(whole: "_Trial", fit: Descent, fixed: Mapping[str, float]) -> tuple["_Trial", Descent]:
+def _taken_anew(whole: "_Trial", fit: Nearest, fixed: Mapping[str, float]) -> tuple["_Trial", Nearest]:
     """A trial and its fit once what is unsure of the reference stands still beside it; as they were where it does
     not."""
     here, found = whole, fit
     for _ in range(UNSURE_ROUNDS):
-        left = here.residual(found.x, fixed)
+        left = here.gap - here.moved(found.x, fixed)
         if here.forward.is_settled(left):
             return here, found
         here = _Trial(whole.law, here.forward.beside(here.applied(found.x, fixed), left))
-        found = descend(here.weighing(fixed), found.x, here.low, here.high, FIT_STEPS)
-        if not np.isfinite(found.cost):
+        found = here.nearest(found.x, fixed)
+        if not np.isfinite(found.chi_square):
             break
     return whole, fit
 
@@ -274,19 +274,19 @@ def refit(fit: Fit, forward: ForwardModel) -> Applied:
     """The same law and shapes, fitted by another forward model from where they stand."""
     trial = _Trial(fit.law, forward)
     fixed = fit.fixed
-    found = descend(lambda x: trial.weighed(x, fixed), fit.sizes, trial.low, trial.high, FIT_STEPS)
-    return trial.applied(found.x if np.isfinite(found.cost) else fit.sizes, fixed)
+    found = trial.nearest(fit.sizes, fixed)
+    return trial.applied(found.x if np.isfinite(found.chi_square) else fit.sizes, fixed)
 
 
 class _Trial:
-    """One law by one forward model: residuals for numbers."""
+    """One law by one forward model: what it changes with numbers, and with which it leaves least."""
 
     def __init__(self, law: Law, forward: ForwardModel) -> None:
         self.law, self.forward = law, forward
         self._numbers = {number.name: number for number in EFFECT_STAGES[law.stage].numbers}
         bounds = [law.range_of(name, forward.scales) for name in law.free]
         self.low, self.high = np.array([pair[0] for pair in bounds]), np.array([pair[1] for pair in bounds])
-        self._gap = forward.factor.gap_lines
+        self.gap = forward.factor.gap_lines
         self._computed: dict[tuple[object, ...], tuple[Column, Column]] = {}
 
     def neutral(self, name: str) -> float:
@@ -303,23 +303,20 @@ class _Trial:
         if asked not in self._computed:
             change = self.forward.changed_by(self.applied(x, fixed))
             stays = np.max(np.abs(change)) < RUNS_AWAY
-            moved = self.forward.factor.lines.of(change) if stays else np.full_like(self._gap, np.nan)
+            moved = self.forward.factor.lines.of(change) if stays else np.full_like(self.gap, np.nan)
             self._computed[asked] = change, moved
         return self._computed[asked]
 
-    def residual(self, x: Column, fixed: Mapping[str, float]) -> Column:
-        out: Column = self._gap - self.changed(x, fixed)[1]
-        return out
+    def moved(self, x: Column, fixed: Mapping[str, float]) -> Column:
+        """(l,) the lines alone."""
+        return self.changed(x, fixed)[1]
 
-    def weighed(self, x: Column, fixed: Mapping[str, float], by: Gaussian | None = None) -> Column:
-        residual = self.residual(x, fixed)
-        healthy = by or self.forward.factor.healthy
-        if not np.isfinite(residual).all():
-            return np.full(len(residual) + healthy.patterns.shape[1], np.nan)
-        return healthy.weigh(residual)
-
-    def weighing(self, fixed: Mapping[str, float]) -> Callable[[Column], Column]:
-        return lambda x: self.weighed(x, fixed)
+    def nearest(
+        self, start: Column, fixed: Mapping[str, float], slopes: Column | None = None, by: Gaussian | None = None
+    ) -> Nearest:
+        """The numbers that leave least, by what is expected of a healthy rig or `by` something else."""
+        by = by or self.forward.factor.healthy
+        return nearest(lambda x: self.moved(x, fixed), self.gap, by, start, (self.low, self.high), FIT_STEPS, slopes)
 
     def costs(self, tried: Sequence[tuple[Column, Mapping[str, float]]]) -> list[float]:
         """Chi-square of what the law leaves with each of these free and fixed numbers, not finite where it runs away:
@@ -331,21 +328,22 @@ class _Trial:
         columns = np.column_stack([change for change, stay in zip(changes, stays, strict=True) if stay])
         moved = iter(self.forward.factor.lines.of(columns).T)
         healthy = self.forward.factor.healthy
-        return [healthy.chi_square(self._gap - next(moved)) if stay else np.inf for stay in stays]
+        return [healthy.chi_square(self.gap - next(moved)) if stay else np.inf for stay in stays]
 
-    def judged(self, effect: Effect, x: Column, fixed: Mapping[str, float], jacobian: Column, cost: float) -> Fit:
+    def judged(self, effect: Effect, fit: Nearest, fixed: Mapping[str, float]) -> Fit:
         """Laplace's evidence at the optimum, the law's usual error included."""
+        x = fit.x
         healthy, lines, prior = self.forward.factor.healthy, self.forward.factor.lines, self.forward.prior
         change, moved = self.changed(x, fixed)
-        left = self._gap - moved
+        left = self.gap - moved
         rho = effect.roughness(prior, self.law)
         rough = Counter(min(share * rho, MOST_ROUGH) for share in (EXACT, *prior.law_shares))
         log_shares = np.log(np.array(list(rough.values())) / rough.total())
         logs = log_shares + log_densities(healthy, lines, moved, left, list(rough), prior)
         log_density = float(np.logaddexp.reduce(logs))
         roughness = float(np.sqrt(np.exp(logs - log_density) @ np.square(list(rough))))
-        stiff = (healthy.degrees + healthy.effective) / (healthy.degrees + cost)
-        hessian = stiff * (jacobian.T @ jacobian)
+        stiff = (healthy.degrees + healthy.effective) / (healthy.degrees + fit.chi_square)
+        hessian = stiff * healthy.normal(fit.slopes, left)[0]
         log_prior, precision = self._log_prior(x, change)
         hessian = hessian + np.diag(precision)
         sign, log_det = np.linalg.slogdet(hessian)
@@ -353,8 +351,8 @@ class _Trial:
         laplace = 0.5 * len(x) * np.log(2 * np.pi) - 0.5 * log_det if sign > 0 else 0.0
         evidence = log_density + log_prior + laplace
         return Fit(
-            effect, self.law, self.applied(x, fixed), x, spread, float(evidence), log_density, change, self.forward,
-            roughness,
+            effect, self.law, self.applied(x, fixed), x, spread, float(evidence), log_density, change, fit.slopes,
+            self.forward, roughness,
         )  # fmt: skip
 
     def _log_prior(self, x: Column, change: Column) -> tuple[float, Column]:

@@ -7,7 +7,7 @@ import numpy as np
 from rig.gap.hypotheses.fit import Fit, ForwardModel, number_spreads
 from rig.gap.hypotheses.inverse_problems import InverseProblem
 from rig.gap.hypotheses.law_errors import with_law
-from rig.gap.response.propagate import Applied, ready
+from rig.gap.response.causes import Applied, ready
 from rig.gap.settings import FIRST_LAW_SHARE
 from rig.record import Column
 

@@ -23,8 +23,9 @@ from rig.gap.reference.expectation import VISCOUS, Factor, Parts, angle_parts, m
 from rig.gap.reference.fast import doubt, known_by_hz
 from rig.gap.reference.own_days import angle_days, own_factor, pressure_days
 from rig.gap.reference.unrepeated import shown_by, with_unrepeated
+from rig.gap.response.causes import Ready
 from rig.gap.response.lateness import displaced
-from rig.gap.response.propagate import Course, Ready, RecordContext, as_late_as_measured
+from rig.gap.response.propagate import Course, RecordContext, as_late_as_measured
 from rig.gap.settings import (
     ENVELOPE_EVEN,
     ENVELOPE_HZ,

@@ -101,12 +101,14 @@ class Gaussian:
         out: Column = np.sum((self.patterns @ covariance) * self.patterns, axis=1)
         return out
 
-    def weigh(self, residual: Column) -> Column:
-        """(l + m,) whose sum of squares is the residual's chi-square: what is left beside the patterns, then their
-        sizes."""
-        scaled = residual * self._scale
-        sizes = self._solved(self._weighed.T @ scaled)
-        return np.concatenate([scaled - self._weighed @ sizes, sizes])
+    def normal(self, slopes: Column, residual: Column) -> tuple[Column, Column]:
+        """(k, k) J' (V + P P')^-1 J of slopes J (l, k), and (k,) J' (V + P P')^-1 r: sums of squares, of what is left
+        beside the patterns and of their sizes, since most of J may be theirs."""
+        both = np.column_stack([slopes, residual]) * self._scale[:, None]
+        sizes = self._solved(self._weighed.T @ both)
+        left = both - self._weighed @ sizes
+        products = left.T @ left + sizes.T @ sizes
+        return products[:-1, :-1], products[:-1, -1]
 
     def chi_square(self, residual: Column) -> float:
         """r' (V + P P')^-1 r."""

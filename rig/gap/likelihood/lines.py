@@ -27,25 +27,25 @@ FAST_FACTORS = (2, 3, 5, 7, 11)
 
 @kernel(nogil=True)
 def measured(columns: Column, rows: Places, used: Column) -> Column:  # pragma: no cover
-    """(r, n, m) these rows (r, n) of columns, zero where nothing was measured."""
-    out = np.empty((*rows.shape, columns.shape[1]))
+    """(r, m, n) these rows (r, n) of columns (m, all), zero where nothing was measured."""
+    out = np.empty((rows.shape[0], columns.shape[0], rows.shape[1]))
     for r in range(rows.shape[0]):
-        for i in range(rows.shape[1]):
-            for m in range(columns.shape[1]):
-                out[r, i, m] = columns[rows[r, i], m] * used[r, i]
+        for m in range(columns.shape[0]):
+            for i in range(rows.shape[1]):
+                out[r, m, i] = columns[m, rows[r, i]] * used[r, i]
     return out
 
 
 @kernel(nogil=True)
 def turn(spectra: Spectra, rows: int, turns: Column, lines: Places, out: Column) -> None:  # pragma: no cover
-    """Lines of the orthonormal DCT-II from the lower half of the spectra (r, h, m) of so many rows, of which the even
+    """Lines of the orthonormal DCT-II from the lower half of the spectra (r, m, h) of so many rows, of which the even
     ones came first and then the odd ones backwards; by `turns` (2, count)."""
-    half = spectra.shape[1]
+    half = spectra.shape[2]
     for r in range(lines.shape[0]):
-        for k in range(lines.shape[1]):
-            for m in range(out.shape[1]):
+        for m in range(out.shape[1]):
+            for k in range(lines.shape[1]):
                 # the upper half of the spectrum is the lower one mirrored
-                one = spectra[r, k, m] if k < half else np.conj(spectra[r, rows - k, m])
+                one = spectra[r, m, k] if k < half else np.conj(spectra[r, m, rows - k])
                 out[lines[r, k], m] = one.real * turns[0, k] + one.imag * turns[1, k]
 
 
@@ -124,9 +124,9 @@ class Lines:
         """(l,) or (l, m) lines of (n,) or (n, m) columns, zero where nothing was measured. By one transform of n reals
         for each record (Makhoul, IEEE Trans. ASSP 28, 1980)."""
         out = np.empty((self._count, *columns.shape[1:]))
-        each, found = columns.reshape(len(columns), -1), out.reshape(self._count, -1)
+        each, found = np.ascontiguousarray(columns.reshape(len(columns), -1).T), out.reshape(self._count, -1)
         for rows, used, lines, turns in self._places:
-            turn(np.fft.rfft(measured(each, rows, used), axis=1), rows.shape[1], turns, lines, found)
+            turn(np.fft.rfft(measured(each, rows, used)), rows.shape[1], turns, lines, found)
         return out
 
     @cached_property
@@ -145,11 +145,17 @@ class Lines:
         parts, start = [], 0
         for records, seconds, count in self._alike:
             power = powers[start : start + records * count].reshape(records, count)
-            width = max(width_hz * 2.0 * seconds, 0.5)
-            near = np.array([smoothed(one, width) for one in power])
-            parts.append(((1.0 - share_all) * near + share_all * power.mean(axis=1, keepdims=True)).ravel())
+            parts.append((power @ _blur(count, max(width_hz * 2.0 * seconds, 0.5), share_all)).ravel())
             start += records * count
         return np.concatenate(parts)
+
+
+@lru_cache(maxsize=256)
+def _blur(count: int, width: float, share_all: float) -> Column:
+    """(count, count) what each line's power becomes of every line."""
+    near = np.column_stack([smoothed(one, width) for one in np.eye(count)])
+    blur: Column = (1.0 - share_all) * near.T + share_all / count
+    return blur
 
 
 @cache

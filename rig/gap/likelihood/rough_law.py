@@ -9,9 +9,48 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from rig.model.compiled.machine_code import kernel
 from rig.record import Column
 
 Places = np.typing.NDArray[np.intp]
+
+
+@kernel(nogil=True)
+def weigh(
+    columns: Column, scale: Column, residual: Column, ends: Places
+) -> tuple[Column, Column, Column]:  # pragma: no cover
+    """The columns (l, k), each line `scale` (l,) times; of every record the products of these with the last but one of
+    them, and with a residual (l,): (r, k) each."""
+    (rows, k), records = columns.shape, len(ends) - 1
+    weighed, own, shown = np.empty((rows, k)), np.zeros((records, k)), np.zeros((records, k))
+    for record in range(records):
+        for i in range(ends[record], ends[record + 1]):
+            moved = scale[i] * columns[i, k - 2]
+            for j in range(k):
+                weighed[i, j] = scale[i] * columns[i, j]
+                own[record, j] += moved * weighed[i, j]
+                shown[record, j] += residual[i] * weighed[i, j]
+    return weighed, own, shown
+
+
+@kernel(nogil=True)
+def written_out(gram: Column, own: Column, shown: Column, rho: float) -> tuple[Column, Column]:  # pragma: no cover
+    """The products of all m + r + 1 patterns and theirs with the residual, from what `weigh` gave and from `gram`
+    (m + 2, m + 2)."""
+    records, m = own.shape[0], own.shape[1] - 2
+    last = m + records
+    whole, heard = np.zeros((last + 1, last + 1)), np.zeros(last + 1)
+    whole[:m, :m] = gram[:m, :m]
+    for record in range(records):
+        heard[:m] += shown[record, :m]
+        heard[m + record] = rho * shown[record, m]
+        heard[last] += rho * shown[record, m + 1]
+        whole[m + record, :m] = whole[:m, m + record] = rho * own[record, :m]
+        whole[m + record, m + record] = rho * rho * own[record, m]
+        whole[m + record, last] = whole[last, m + record] = rho * rho * own[record, m + 1]
+    whole[last, :m] = whole[:m, last] = rho * gram[m + 1, :m]
+    whole[last, last] = rho * rho * gram[m + 1, m + 1]
+    return whole, heard
 
 
 @dataclass(frozen=True)
@@ -27,20 +66,6 @@ class RoughLaw:
     def products(self, scale: Column, residual: Column) -> tuple[Column, Column]:
         """(k, k) products of all m + r + 1 patterns, each line `scale` (l,) times, and (k,) theirs with a residual (l,)
         that is scaled already: in the order in which `law_patterns` writes them out."""
-        m, records = self.columns.shape[1] - 2, len(self.ends) - 1
-        weighed = self.columns * scale[:, None]
-        gram, shown, own = weighed.T @ weighed, weighed.T @ residual, weighed[:, m].copy()
-        each = np.array([
-            own[first:end] @ weighed[first:end] for first, end in zip(self.ends[:-1], self.ends[1:], strict=True)
-        ])  # fmt: skip
-        law, last = slice(m, m + records), m + records
-        whole, heard = np.zeros((last + 1, last + 1)), np.empty(last + 1)
-        whole[:m, :m], heard[:m] = gram[:m, :m], shown[:m]
-        whole[law, :m] = self.rho * each[:, :m]
-        whole[:m, law] = whole[law, :m].T
-        np.fill_diagonal(whole[law, law], self.rho**2 * each[:, m])
-        heard[law] = self.rho * np.add.reduceat(own * residual, self.ends[:-1])
-        whole[last, :m] = whole[:m, last] = self.rho * gram[m + 1, :m]
-        whole[last, law] = whole[law, last] = self.rho**2 * each[:, m + 1]
-        whole[last, last], heard[last] = self.rho**2 * gram[m + 1, m + 1], self.rho * shown[m + 1]
-        return whole, heard
+        weighed, own, shown = weigh(self.columns, scale, residual, self.ends)
+        made: tuple[Column, Column] = written_out(weighed.T @ weighed, own, shown, self.rho)
+        return made

@@ -8,7 +8,7 @@ import numpy as np
 from rig.gap.hypotheses.fit import RUNS_AWAY
 from rig.gap.hypotheses.inverse_problems import InverseProblem
 from rig.gap.hypotheses.library import Effect, Law
-from rig.gap.response.propagate import Applied
+from rig.gap.response.causes import Applied
 from rig.model.effect_stages import EFFECT_STAGES
 from rig.record import Column
 

@@ -23,8 +23,9 @@ from rig.gap.reference.expectation import driving
 from rig.gap.reference.kinds import Kind as Kind
 from rig.gap.reference.monitors import Misread
 from rig.gap.reference.simulated import Modelled, at_rest, followed, modelled
+from rig.gap.response.causes import Applied, ready
 from rig.gap.response.nominal import Reference, describe, mean_session, references_of
-from rig.gap.response.propagate import Applied, Course, RecordContext, angle_under, contexts_of, ready, response_with
+from rig.gap.response.propagate import Course, RecordContext, angle_under, contexts_of, response_with
 from rig.gap.settings import LAG_SAID, OUTSIDE_SEEN, RUNS_OFF
 from rig.model.compiled.columns import drive
 from rig.model.fingerprint import Fingerprint, PressureSource

@@ -7,21 +7,20 @@ of the commands, a gain or an offset of the pressures, everything of the sensor)
 the nominal rig comes between. No fitting here.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rig.gap.records.pairs import Pair
+from rig.gap.response.causes import Ready, named
 from rig.gap.response.lateness import IN_TIME, Lateness, delayed, displaced
 from rig.gap.response.nominal import Reference
 from rig.gap.response.quiet import without_noise
 from rig.model.compiled.machine_code import kernel
-from rig.model.compiled.stages import over_records
-from rig.model.effect_stages import EFFECT_STAGES, goes_on
 from rig.model.equations.drive import LEAST_SHARE
 from rig.model.response.model import ResponseModel
 from rig.model.slots import AHEAD, Slot
@@ -29,18 +28,6 @@ from rig.record import Column
 
 SAME_STIFFNESS = 0.005
 """Changes of the mean pressure below this share are not worth solving the joint's balance again."""
-
-
-@dataclass(frozen=True)
-class Applied:
-    """An effect stage with its numbers; numbers left out come from the nominal rig or stand at their usual values."""
-
-    stage: str
-    numbers: Mapping[str, float]
-
-    @property
-    def effect(self) -> str:
-        return EFFECT_STAGES[self.stage].effect
 
 
 @dataclass(frozen=True)
@@ -53,6 +40,17 @@ class RecordContext:
     propagated: Column
     quiet: tuple[Column, Column]
     """The reference's pressures without the noise of their monitors: what changes a measured pressure changes these."""
+
+
+class Driven(NamedTuple):
+    """Pressures under some causes ahead of the monitors; all columns (n,)."""
+
+    p1: Column
+    p2: Column
+    """Those of the healthy rig, without the noise of their monitors."""
+    q1: Column
+    q2: Column
+    """Those of the nominal regulators."""
 
 
 @dataclass(frozen=True)
@@ -131,6 +129,11 @@ class Course:
         behind the muscles is tried."""
         return {}
 
+    @cached_property
+    def begun(self) -> "dict[object, Driven]":
+        """What the causes before the last one that was asked for do: beside one of those, all others are tried."""
+        return {}
+
 
 @dataclass(frozen=True)
 class HealthyJoint:
@@ -152,6 +155,12 @@ class HealthyJoint:
     def pulled_to(self) -> Column:
         """The angle to which it is pulled where it has its own."""
         return self.nominal.pulled_to(self.angle, self.course.dt_s, self.course.ends)
+
+    @cached_property
+    def begun(self) -> "dict[object, Column]":
+        """Its angle with the causes before the last one that was asked for: beside one of those, all others are
+        tried."""
+        return {}
 
     def under(self, q1: Column, q2: Column) -> Column:
         """Its angle once the muscles feel other pressures."""
@@ -175,54 +184,28 @@ def _laid(pair: Pair, reference: Reference, nominal: ResponseModel) -> RecordCon
     return RecordContext(pair, reference, (q1, q2), propagated, quiet)
 
 
-def full_numbers(applied: Applied, nominal: ResponseModel) -> dict[str, float]:
-    """Every number of the stage, the nominal rig's filled in."""
-    known, given = EFFECT_STAGES[applied.stage], nominal.stage_numbers
-    return known.neutral() | {name: given[name] for name in known.parameters if name in given} | dict(applied.numbers)
-
-
-@dataclass(frozen=True)
-class Ready:
-    """An effect stage over whole records, with its numbers in a row, as the compiled function reads them."""
-
-    slot: Slot
-    stage: Any
-    params: Column
-    state_size: int
-    exact: bool = False
-    """See `EffectStage.exact`."""
-    late: Lateness = IN_TIME
-    """By how much everything is later, where it is exact and of the timing slot."""
-    from_deg: float = 0.0
-    """What the stage takes for 0 deg, as the sensor shows it."""
-    whole_session: bool = False
-    """It goes on from record to record."""
-
-
-def ready(causes: Sequence[Applied], nominal: ResponseModel) -> list[Ready]:
-    """The causes as they run, in the order given."""
-    made = []
-    for cause in causes:
-        known = EFFECT_STAGES[cause.stage]
-        numbers = full_numbers(cause, nominal)
-        params = np.array([numbers[name] for name in known.parameters])
-        from_deg = nominal.zero_deg if known.from_rest else 0.0
-        stage, state_size = over_records(known.stage), max(known.state_size, 1)
-        late = Lateness(*known.late).times(float(params[0]))
-        made.append(Ready(known.slot, stage, params, state_size, known.exact, late, from_deg, goes_on(numbers)))
-    return made
-
-
 def pressures_with(causes: Sequence[Ready], course: Course, nominal: ResponseModel) -> tuple[Column, Column]:
     """The pressures of the healthy rig with these timing and valve effects (the others are passed over). The monitors'
     noise stays as it was."""
-    ahead = [cause for cause in causes if cause.slot in AHEAD]
+    ahead = [*_in(causes, Slot.TIMING), *_in(causes, Slot.VALVE)]
     if not ahead:
         return course.reference.p1_mpa, course.reference.p2_mpa
     noise = course.noise
     if all(cause.exact and cause.slot is Slot.TIMING for cause in ahead):  # nothing else of the course is asked for
         p1, p2 = (course.later(column, _lateness(ahead)) for column in course.quiet)
-        return p1 + noise[0], p2 + noise[1]
+    elif len(ahead) == 1 or ahead[-1].slot is Slot.TIMING:
+        p1, p2, _, _ = _ahead(ahead, course, nominal)
+    else:
+        asked = (nominal, *map(named, ahead[:-1]))
+        if asked not in course.begun:
+            course.begun.clear()
+            course.begun[asked] = _ahead(ahead[:-1], course, nominal)
+        p1, p2, _, _ = _through(ahead[-1], course.begun[asked], course)
+    return p1 + noise[0], p2 + noise[1]
+
+
+def _ahead(causes: Sequence[Ready], course: Course, nominal: ResponseModel) -> Driven:
+    """What timing and valve effects do."""
     course = _late(causes, course)
     (p1, p2), (q1, q2) = course.quiet, course.regulated
     early = [cause for cause in _in(causes, Slot.TIMING) if not cause.exact]
@@ -233,10 +216,18 @@ def pressures_with(causes: Sequence[Ready], course: Course, nominal: ResponseMod
             _run(cause, u1, u2, u1, course)
         (q1, q2), was = _regulated(u1, u2, course, nominal), (q1, q2)
         p1, p2 = p1 + q1 - was[0], p2 + q2 - was[1]
+    driven = Driven(p1, p2, q1, q2)
     for cause in _in(causes, Slot.VALVE):
-        (q1, q2), was = _changed(cause, q1, q2, course), (q1, q2)
-        p1, p2 = _changed(cause, p1, p2, course) if cause.exact else (p1 + q1 - was[0], p2 + q2 - was[1])
-    return p1 + noise[0], p2 + noise[1]
+        driven = _through(cause, driven, course)
+    return driven
+
+
+def _through(cause: Ready, driven: Driven, course: Course) -> Driven:
+    """The same with one more effect of the valves."""
+    p1, p2, was1, was2 = driven
+    q1, q2 = _changed(cause, was1, was2, course)
+    p1, p2 = _changed(cause, p1, p2, course) if cause.exact else (p1 + q1 - was1, p2 + q2 - was2)
+    return Driven(p1, p2, q1, q2)
 
 
 def _regulated(u1: Column, u2: Column, course: Course, nominal: ResponseModel) -> tuple[Column, Column]:
@@ -336,23 +327,31 @@ def _compliance(usual: Column, now: Column, nominal: ResponseModel) -> Column:
 
 def angle_with(causes: Sequence[Ready], joint: HealthyJoint) -> Column:
     """The joint's angle (n,) with these muscle, joint and sensor effects."""
-    p1, p2, out, course = joint.p1, joint.p2, joint.angle, joint.course
-    muscle = _in(causes, Slot.MUSCLE)
-    if muscle:
-        q1, q2 = p1.copy(), p2.copy()
-        for cause in muscle:
-            _run(cause, q1, q2, q1, course)
-        out = joint.under(q1, q2)
-    for cause in _in(causes, Slot.JOINT) + _in(causes, Slot.SENSOR):
-        out = out - cause.from_deg
-        _run(cause, p1, p2, out, course)
-        out += cause.from_deg
+    muscle, behind = _in(causes, Slot.MUSCLE), [*_in(causes, Slot.JOINT), *_in(causes, Slot.SENSOR)]
+    if not behind:
+        return _pulled_by(muscle, joint) if muscle else joint.angle
+    before, last = [*muscle, *behind[:-1]], behind[-1]
+    asked = tuple(map(named, before))
+    if asked not in joint.begun:
+        joint.begun.clear()
+        joint.begun[asked] = angle_with(before, joint)
+    out: Column = joint.begun[asked] - last.from_deg
+    _run(last, joint.p1, joint.p2, out, joint.course)
+    out += last.from_deg
     return out
+
+
+def _pulled_by(muscle: Sequence[Ready], joint: HealthyJoint) -> Column:
+    """Its angle with these muscle effects."""
+    q1, q2 = joint.p1.copy(), joint.p2.copy()
+    for cause in muscle:
+        _run(cause, q1, q2, q1, joint.course)
+    return joint.under(q1, q2)
 
 
 def response_with(causes: Sequence[Ready], course: Course, nominal: ResponseModel) -> Column:
     """The angle (n,) of the healthy rig under its commands with all these causes."""
-    asked = (nominal, *((cause.stage, cause.params.tobytes()) for cause in causes if cause.slot in AHEAD))
+    asked = (nominal, *(named(cause) for cause in causes if cause.slot in AHEAD))
     if asked not in course.latest:
         found = _driven(causes, course, nominal)
         course.latest.clear()

@@ -14,12 +14,12 @@ STANDS = 1e-4
 """A descent is over when a step betters the sum of squares by less than this share of it."""
 
 
-_DAMPING, _LEAST_DAMPING = 1e-3, 1e-3
+DAMPING, LEAST_DAMPING = 1e-3, 1e-3
 """Levenberg-Marquardt damping at the start, and the least that is raised when a step was no good."""
-_MORE_DAMPING, _LESS_DAMPING = 8.0, 0.2
+MORE_DAMPING, LESS_DAMPING = 8.0, 0.2
 """Its factor after a step that was no good, and after one that was: the usual order of ten, a little less, for of the
 handful of steps that a fit has none is to be lost."""
-_MOST_RAISED = 4
+MOST_RAISED = 4
 """Steps that were no good, one after the other, after which the descent stands: the damping is then 4000-fold."""
 _DIFFERENCE, _LEAST_DIFFERENCE = 0.01, 1e-4
 """Step of the difference quotients: share of the value, and at least this share of the range. The residuals of elements
@@ -71,33 +71,33 @@ def descend(residual: Callable[[Column], Column], start: Column, low: Column, hi
     x = np.clip(start, low, high)
     now = residual(x)
     cost = square_sum(now)
-    damping = _DAMPING
+    damping = DAMPING
     slopes = _slopes(residual, x, now, low, high)
     one = np.zeros(len(now))
     for _ in range(steps):
         grams, pulls, _costs = normal(slopes, now, one, 1)
         gram, pull = grams[0], pulls[0]
         moved = False
-        for _ in range(_MOST_RAISED):
+        for _ in range(MOST_RAISED):
             lift = damping * np.diag(gram) + 1e-30
-            trial = _stepped(gram + np.diag(lift), pull, x, low, high)
+            trial = stepped(gram + np.diag(lift), pull, x, low, high)
             then = residual(trial)
             better = square_sum(then)
             if np.isfinite(better) and better < cost:
                 moved = True
                 break
-            damping = max(damping, _LEAST_DAMPING) * _MORE_DAMPING
+            damping = max(damping, LEAST_DAMPING) * MORE_DAMPING
         if not moved:
             break
         gained = (cost - better) / max(cost, 1e-300)
-        x, now, cost, damping = trial, then, better, damping * _LESS_DAMPING
+        x, now, cost, damping = trial, then, better, damping * LESS_DAMPING
         if gained < STANDS:  # the slopes of where it came from are those of where it is
             break
         slopes = _slopes(residual, x, now, low, high)
     return Descent(x, cost, now, slopes)
 
 
-def _stepped(gram: Column, pull: Column, x: Column, low: Column, high: Column) -> Column:
+def stepped(gram: Column, pull: Column, x: Column, low: Column, high: Column) -> Column:
     """The least of a square form within the box low..high, of which gram (k, k) is the Hessian and pull (k,) the slope
     at x (k,): a coordinate that would leave the box stays at its bound, and the others take what is left (the active
     set of Stark and Parker, Computational Statistics 10, 1995)."""
@@ -135,12 +135,14 @@ def _outwards(slope: Column, at: Column, low: Column, high: Column) -> NDArray[n
 
 def _slopes(residual: Callable[[Column], Column], x: Column, now: Column, low: Column, high: Column) -> Column:
     """Derivatives by differences, inwards at a bound."""
+    steps = difference_steps(x, low, high)
     slopes = np.zeros((len(now), len(x)))
-    for k in range(len(x)):
-        step = max(_DIFFERENCE * abs(x[k]), _LEAST_DIFFERENCE * (high[k] - low[k]))
-        if x[k] + step > high[k]:
-            step = -step
-        there = x.copy()
-        there[k] += step
-        slopes[:, k] = (residual(there) - now) / step
+    for k, there in enumerate(x + np.diag(steps)):
+        slopes[:, k] = (residual(there) - now) / steps[k]
     return slopes if np.isfinite(slopes).all() else np.nan_to_num(slopes)  # the latter looks for each kind apart
+
+
+def difference_steps(x: Column, low: Column, high: Column) -> Column:
+    """(k,) steps from x over which its derivatives are taken, inwards at a bound."""
+    steps = np.maximum(_DIFFERENCE * np.abs(x), _LEAST_DIFFERENCE * (high - low))
+    return np.where(x + steps > high, -steps, steps)

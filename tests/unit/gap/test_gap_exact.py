@@ -23,8 +23,9 @@ from rig.gap.hypotheses.inverse_problems import angle_problem, pressure_problem
 from rig.gap.hypotheses.library import LIBRARY
 from rig.gap.records.pairs import pair_up
 from rig.gap.reference.build import Expected, Kind, expect
+from rig.gap.response.causes import Applied, ready
 from rig.gap.response.lateness import IN_TIME, Lateness, delayed, displaced
-from rig.gap.response.propagate import Applied, Course, late, pressures_with, ready
+from rig.gap.response.propagate import Course, late, pressures_with
 from rig.gap.settings import fitted
 from rig.log.reader import read
 from rig.model.compiled.stages import compiled

@@ -13,7 +13,7 @@ import numpy as np
 from rig.errors import RigError
 from rig.gap.answer.result import Diagnosis
 from rig.gap.reference.build import Expected, commanded_gaps, from_own_zeros
-from rig.gap.response.propagate import Applied, full_numbers
+from rig.gap.response.causes import Applied, full_numbers
 from rig.identify.response.descent import square_sum
 from rig.model.parameters import AddedEffect, Model
 from rig.model.simulation import simulate

@@ -10,7 +10,7 @@ from rig.gap.answer.how_far.augment import beside_pressures, remaining_gap
 from rig.gap.diagnosis import diagnose_with_grounds
 from rig.gap.pipeline import Grounds
 from rig.gap.reference.build import rms_of
-from rig.gap.response.propagate import Applied
+from rig.gap.response.causes import Applied
 from rig.model.parameters import AddedEffect
 
 PLAY = {"width_deg": 1.0}

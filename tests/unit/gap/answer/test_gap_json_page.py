@@ -22,7 +22,7 @@ from rig.gap.answer.facts import (
 from rig.gap.answer.result import Cause, Diagnosis, Interval, Observation, Ranked
 from rig.gap.raw_tests.signature import Signature
 from rig.gap.records.partners import Match
-from rig.gap.response.propagate import Applied
+from rig.gap.response.causes import Applied
 
 PAGE = (ROOT / "docs" / "reference" / "diagnosis_json.md").read_text(encoding="utf-8")
 BY_NAME = ("parameters", "probability", "shares", "stage_probability", "factors", "sizes")

@@ -15,7 +15,7 @@ from rig.gap.hypotheses.library import UNKNOWN
 from rig.gap.pipeline import Grounds
 from rig.gap.records.pairs import pair_up
 from rig.gap.reference.build import Kind, expect
-from rig.gap.response.propagate import Applied, ready
+from rig.gap.response.causes import Applied, ready
 from rig.gap.settings import BuildSpread, fitted
 from rig.record import Column, Record
 

@@ -34,7 +34,10 @@ def test_woodbury_is_the_dense_solve(seed: int, lines: int, patterns: int) -> No
     gaussian, residual = made(seed, lines, patterns)
     dense = np.diag(gaussian.variance) + gaussian.patterns @ gaussian.patterns.T
     assert gaussian.chi_square(residual) == pytest.approx(residual @ np.linalg.solve(dense, residual))
-    assert float(np.sum(gaussian.weigh(residual) ** 2)) == pytest.approx(gaussian.chi_square(residual))
+    slopes = np.random.default_rng(seed + 1).normal(size=(lines, 2))
+    gram, pull = gaussian.normal(slopes, residual)
+    assert gram == pytest.approx(slopes.T @ np.linalg.solve(dense, slopes))
+    assert pull == pytest.approx(slopes.T @ np.linalg.solve(dense, residual))
     assert gaussian.sizes(residual) == pytest.approx(gaussian.patterns.T @ np.linalg.solve(dense, residual))
 
 

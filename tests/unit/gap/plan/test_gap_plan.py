@@ -25,7 +25,7 @@ from rig.gap.plan.information import inform, log_odds, needed_separation, separa
 from rig.gap.plan.next_experiment import Hypothesis, as_rough, expected_confidence, next_experiment
 from rig.gap.plan.rehearse import RehearsedRig, factors_of, rehearse, within
 from rig.gap.records.usable import usable
-from rig.gap.response.propagate import Applied
+from rig.gap.response.causes import Applied
 from rig.gap.settings import SESSION_S, Odds, fitted
 from rig.model.parameters import load_model
 from rig.model.simulation import simulate

@@ -27,7 +27,7 @@ from rig.gap.plan.raw_ability import RAW, STEP, raw_abilities, smallest
 from rig.gap.plan.rehearse import RehearsedRig, factors_of, known_rig, rehearse
 from rig.gap.records.pairs import pair_up
 from rig.gap.reference.build import Kind, expect, known_how
-from rig.gap.response.propagate import Applied
+from rig.gap.response.causes import Applied
 from rig.gap.settings import SESSION_S, fitted
 from rig.identify.response.fingerprint import fingerprint_of
 
