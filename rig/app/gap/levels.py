@@ -193,13 +193,7 @@ def _healthy(family: str, expected: Expected) -> HealthyDay:
     reference = np.concatenate([context.reference.angle_deg for context in expected.contexts])
     measured = np.concatenate([context.pair.case.angle_deg for context in expected.contexts])
     commanded = rms(measured - reference, angle.lines.used) / angle.span
-    return HealthyDay(
-        family,
-        expected.levels,
-        parts_of_pressures(expected)[0],
-        angle,
-        commanded,
-    )
+    return HealthyDay(family, expected.levels, parts_of_pressures(expected)[0], angle, commanded)
 
 
 def _levels(days: Sequence[HealthyDay], prior: Prior) -> Levels:
@@ -219,6 +213,11 @@ def _levels(days: Sequence[HealthyDay], prior: Prior) -> Levels:
     if days[0].reference not in (Kind.SIMULATOR.value, SISTER):
         return made
     return replace(made, builds=fit_builds([[day.pressures for day in some] for some in families], pressures, prior))
+
+
+def rigs_of(plan: FittingPlan) -> list[Case]:
+    """Those of all its families, one family after the other."""
+    return [case for name in plan.families for case in first_cases(name, plan)]
 
 
 def first_cases(family: str, plan: FittingPlan) -> list[Case]:

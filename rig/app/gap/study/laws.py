@@ -12,7 +12,7 @@ from statistics import median
 import numpy as np
 
 from hil.reference.cases import Case, DrawnKind, bench_of, realise
-from rig.app.gap.levels import FittingPlan, first_cases, origin, reported
+from rig.app.gap.levels import FittingPlan, origin, reported, rigs_of
 from rig.blind_check.source import records_of
 from rig.columns import rms
 from rig.errors import RigError
@@ -62,7 +62,7 @@ def with_laws(
 ) -> tuple[Fitted, dict[str, float]]:
     """The levels with how rough each effect's law usually is on these families' rigs, and how far another build may be
     off that; `report` is told how many rigs are done."""
-    rigs = [case for name in plan.families for case in first_cases(name, plan)]
+    rigs = rigs_of(plan)
     with executor(None, plan.workers) as pool:
         told = [error for some in reported(pool.map(of_rig, range(len(rigs)), rigs), report, 0) for error in some]
     return with_errors(levels, plan, told)

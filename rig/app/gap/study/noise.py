@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from hil.reference.cases import Case
-from rig.app.gap.levels import FittingPlan, days_of, first_cases, origin, reported
+from rig.app.gap.levels import FittingPlan, days_of, origin, reported, rigs_of
 from rig.gap.calibrate import wider_for_another
 from rig.gap.raw_tests.levels import angles_of, span
 from rig.gap.raw_tests.noise import noise_beside_the_motion
@@ -28,7 +28,7 @@ def with_noise(
     levels: Fitted, plan: FittingPlan, report: Callable[[int], None] = lambda done: None
 ) -> tuple[Fitted, UsualNoise]:
     """The levels with the noise of these families' rigs; `report` is told how many rigs are done."""
-    rigs = [case for name in plan.families for case in first_cases(name, plan)]
+    rigs = rigs_of(plan)
     with executor(None, plan.workers) as pool:
         heard = list(reported(pool.map(_of_rig, rigs), report, 0))
     found = fit_noise(

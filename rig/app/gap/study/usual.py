@@ -10,7 +10,7 @@ from dataclasses import replace
 from itertools import repeat
 
 from hil.reference.cases import Case
-from rig.app.gap.levels import FittingPlan, days_of, first_cases, identified, origin, reported
+from rig.app.gap.levels import FittingPlan, days_of, identified, origin, reported, rigs_of
 from rig.errors import ModelError
 from rig.gap.evidence.posterior import Posterior, judge
 from rig.gap.hypotheses.inverse_problems import angle_problem, pressure_problem
@@ -38,7 +38,7 @@ def with_usual(
     how many rigs are done."""
     without = {name: replace(one, usual=None) for name, one in levels.levels.items()}
     bare = replace(levels, levels=without)
-    rigs = [case for name in plan.families for case in first_cases(name, plan)]
+    rigs = rigs_of(plan)
     with executor(None, plan.workers) as pool:
         days = list(reported(pool.map(_of_rig, rigs, repeat(bare)), report, 0))
     told = [(rig.family, day) for rig, some in zip(rigs, days, strict=True) for day in some]
