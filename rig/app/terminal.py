@@ -3,7 +3,7 @@
 import os
 import sys
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from typing import TYPE_CHECKING, Any, Final
 
 from rig.report.shown_text import in_lines, in_one_line
@@ -43,6 +43,12 @@ def console(json_to: str | None = None) -> "Console":
     piped = not (sys.stderr if to_stderr else sys.stdout).isatty()
     width = _PIPE_COLUMNS if piped and "COLUMNS" not in os.environ else None
     return Terminal(stderr=to_stderr, markup=False, highlight=False, soft_wrap=piped, width=width)
+
+
+def say(line: str, style: str) -> None:
+    """A line for a person, on stderr, from one who goes on whether or not anybody reads it: a terminal may be gone."""
+    with suppress(OSError):
+        console("-").print(line, style=style)
 
 
 def styled(*parts: str | tuple[str, str]) -> "Text":

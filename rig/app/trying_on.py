@@ -1,13 +1,13 @@
 """A device that was lost under pressure: who holds its rig without a daemon goes on trying to make it safe, says so,
 and ends when it is done, given up, or too long ago."""
 
-import contextlib
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final
 
-from rig.app.terminal import console
+from rig.app.terminal import say
+from rig.realtime.safe_state import NOT_SAFE
 
 PATIENCE_S: Final = 60.0
 """A plug that is put back, a module or a gateway that starts anew, is there again within a minute. Somebody or a script
@@ -17,7 +17,7 @@ ALONE_S: Final = 300.0
 who mends something at the rig is not to find muscles filling beside his hands."""
 _SAY_S: Final = 10.0
 _LOOK_S: Final = 0.05
-NOT_SAFE: Final = "NOT SAFE as far as is known"
+_BAD: Final = "bold red"
 TRIED_ON: Final = (
     f"{NOT_SAFE}: the device does not take the safe state. It is written as soon as it is back, for {ALONE_S:g} s: "
     "keep clear of the joint, or open the dump valve"
@@ -41,10 +41,11 @@ class TryingOn:
         """Call `attempt` until it is `done`. Returns how it went, for the end of a line that tells of the rig."""
         began_s = said_s = self.now_s()
         p1_mpa, p2_mpa = self.safe_mpa
-        _say(
+        say(
             f"{NOT_SAFE}: the device does not take the safe state. It is written as soon as the device is back, "
             f"{p1_mpa:g} and {p2_mpa:g} MPa: keep clear of the joint, or open the dump valve. Tried for "
-            f"{PATIENCE_S:g} s, Ctrl-C gives it up"
+            f"{PATIENCE_S:g} s, Ctrl-C gives it up",
+            _BAD,
         )
         while True:
             took_s = self.now_s() - began_s
@@ -58,11 +59,7 @@ class TryingOn:
                 return f"; given up after {took_s:.0f} s of trying"
             if self.now_s() - said_s >= _SAY_S:
                 said_s = self.now_s()
-                _say(f"{NOT_SAFE}: tried for {took_s:.0f} s; for {PATIENCE_S - took_s:.0f} s more, or until Ctrl-C")
+                left_s = PATIENCE_S - took_s
+                say(f"{NOT_SAFE}: tried for {took_s:.0f} s; for {left_s:.0f} s more, or until Ctrl-C", _BAD)
             attempt()
             self.wait(_LOOK_S)
-
-
-def _say(line: str) -> None:
-    with contextlib.suppress(OSError):  # a terminal that is gone, by the same network perhaps
-        console("-").print(line, style="bold red")

@@ -24,6 +24,7 @@ from rig.realtime.shared import HEADER_WORDS, SharedBlock
 
 GONE_PATIENCE_S: Final = 0.5
 """A killed process is gone within milliseconds, unless it waits inside the kernel."""
+NOT_SAFE: Final = "NOT SAFE as far as is known"
 RETRY_S: Final = 0.02
 """Between two attempts to write the safe state or to read it back."""
 _PERSISTENCE_S: Final = 10.0
@@ -134,14 +135,11 @@ class SafeReport:
             return "NOT SAFE: another process drives the device, and what stands there is its own"
         if self.outcome is Outcome.DOUBTED:
             return (
-                f"NOT SAFE as far as is known: the device took the safe state from {who}, and was lost or out of reach "
+                f"{NOT_SAFE}: the device took the safe state from {who}, and was lost or out of reach "
                 "after that; what stands there now is not known"
             )
         if self.outcome is Outcome.FAILED:
-            return (
-                f"NOT SAFE as far as is known: {who} could not bring the device to its safe state; old "
-                "set-points may stand"
-            )
+            return f"{NOT_SAFE}: {who} could not bring the device to its safe state; old set-points may stand"
         return "nobody has reported the safe state yet; old set-points may stand"
 
 

@@ -18,13 +18,13 @@ from types import TracebackType
 from typing import Final, Self
 
 from rig.app.supervised_command import SupervisedCommand
-from rig.app.terminal import console
-from rig.app.trying_on import NOT_SAFE, TryingOn
+from rig.app.terminal import say
+from rig.app.trying_on import TryingOn
 from rig.errors import CheckFailed, DeviceError, DeviceLost, RigError, beside
 from rig.interfaces import Device, Measurement, abilities_of
 from rig.realtime.clock import MonotonicClock
 from rig.realtime.loop import LEAVING_NS
-from rig.realtime.safe_state import RETRY_S, SafeReport, SecondPath, Writer, insist, write_and_look
+from rig.realtime.safe_state import NOT_SAFE, RETRY_S, SafeReport, SecondPath, Writer, insist, write_and_look
 from rig.realtime.safe_state import Outcome as SafeOutcome
 from rig.sample import BROKEN_WIRE, SUSPECT, Flag
 from rig.service.session.session import ending_signals
@@ -239,9 +239,8 @@ class DeviceTicker:
 
 
 def _tell(line: str) -> None:
-    """Beside a question that somebody is asked; a terminal may be gone."""
-    with contextlib.suppress(OSError):
-        console("-").print(f"\n{line}", style="bold red" if line.startswith(NOT_SAFE) else "green", markup=False)
+    """Beside a question that somebody is asked."""
+    say(f"\n{line}", "bold red" if line.startswith(NOT_SAFE) else "green")
 
 
 @contextlib.contextmanager

@@ -16,7 +16,7 @@ from rig.app.runs.outcome import ASKED_FOR, RunOutcome
 from rig.app.runs.record_folders import prepare_folder
 from rig.app.supervise import watching
 from rig.app.supervised_command import check_last_resort
-from rig.app.terminal import console, progress
+from rig.app.terminal import console, progress, say
 from rig.app.trying_on import TryingOn
 from rig.app.watcher_process import driver_of
 from rig.channels import Channels
@@ -115,14 +115,11 @@ def _run(
     finally:
         last = session.ring.latest()
         cause = explain(last.fault, message_of(last.fault, session.ring)) if last is not None and last.fault else ""
-        left = session.close(
-            lambda line: console("-").print(line, style="yellow", markup=False),
-            lambda *how: _insist(rig, operator, *how),
-        )
+        left = session.close(lambda line: say(line, "yellow"), lambda *how: _insist(rig, operator, *how))
         outcome.runs += left
         outcome.safe, outcome.insisted, outcome.driven = session.safe, session.insisted, session.ticked
         if outcome.insisted and outcome.safe.safe:
-            console("-").print(f"{outcome.safe.words}{outcome.insisted}", style="green", markup=False)
+            say(f"{outcome.safe.words}{outcome.insisted}", "green")
         if session.given_up:
             lost = [f"{run.file}: {run.error}" for run in left if run.error]
             outcome.error = outcome.error or "; ".join(lost) or session.given_up
@@ -235,7 +232,7 @@ def _say_trouble(session: Session, said: str) -> str:
     now = trouble.error if trouble is not None else ""
     if now != said:
         line = f"warning: {now}; the samples wait in memory" if now else "the record can be written again"
-        console("-").print(line, style="yellow")
+        say(line, "yellow")
     return now
 
 

@@ -1,6 +1,7 @@
-"""What a name, a fact or a daemon says comes to the terminal as text: no control codes, no markup, and names stay
-whole."""
+"""What a name, a fact or a daemon says comes to the terminal as text: no control codes, no markup, names stay
+whole, and one that is gone ends nobody."""
 
+import errno
 import io
 import re
 from dataclasses import replace
@@ -14,7 +15,7 @@ from rich.console import Console
 from rich.text import Text
 from support.records.made_logs import made_content
 
-from rig.app.terminal import console, listing, progress, styled
+from rig.app.terminal import console, listing, progress, say, styled
 from rig.cli.commands import cli
 from rig.cli.service.status_lines import status_lines
 from rig.log.convert import write_content
@@ -105,3 +106,17 @@ def test_names_and_figures_stay_whole_however_narrow_the_terminal_is(
     shown.print(table)
     text = shown.file.getvalue()  # type: ignore[attr-defined]
     assert {name, "0.182", "rmse_deg", *said.split()} <= {*re.sub(r"\x1b\[[0-9;]*m", " ", text).split()}
+
+
+class GoneTerminal(io.StringIO):
+    """A terminal whose other end is closed, as by a network that is lost."""
+
+    def write(self, text: str) -> int:
+        raise OSError(errno.EIO, f"nobody reads {text!r}")
+
+
+def test_who_goes_on_is_not_ended_by_a_terminal_that_is_gone(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("sys.stderr", GoneTerminal())
+    with pytest.raises(OSError, match="nobody reads"):
+        console("-").print("the rig")
+    say("the rig", "yellow")
