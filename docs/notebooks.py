@@ -11,6 +11,8 @@ from typing import Any
 import nbformat
 from nbclient import NotebookClient
 
+from rig.service.session.session import SWEPT
+
 NOTEBOOKS = Path(__file__).resolve().parent / "notebooks"
 LONGEST_S = 180
 """For one cell."""
@@ -30,11 +32,18 @@ def plain(notebook: Any) -> Any:
     notebook.metadata = {"kernelspec": {"name": "python3", "display_name": "Python 3", "language": "python"}}
     for number, cell in enumerate(notebook.cells):
         cell.id, cell.metadata = f"cell-{number}", {}
+        if "outputs" in cell:
+            cell.outputs = [output for output in cell.outputs if not _of_others(output)]
         for output in cell.get("outputs", []):
             output.pop("metadata", None)
             if output.output_type in ("display_data", "execute_result"):
                 output.metadata = {}
     return notebook
+
+
+def _of_others(output: Any) -> bool:
+    """What a run says of processes that somebody killed on this machine."""
+    return str(output.get("data", {}).get("text/plain", "")).startswith(SWEPT)
 
 
 def main() -> int:

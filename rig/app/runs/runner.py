@@ -76,7 +76,7 @@ def carry_out(rig: RigConfig, runs: Sequence[Planned], options: RunOptions) -> R
         )
         operator.command(session)
         if session.swept:
-            console("-").print(f"shared memory: removed {session.swept} blocks of processes that were killed")
+            console("-").print(session.swept)
         try:
             _run(session, rig, runs, options, operator, outcome)
         except _GivenUp:

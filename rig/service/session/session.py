@@ -39,6 +39,7 @@ END_PATIENCE_S = 5.0
 killed."""
 _END_LOOK_S = 0.02
 _LOG = logging.getLogger("pamrig")
+SWEPT = "shared memory: removed"
 SETTLE_S = 3.0
 """For the safe state of a loop that has ended, however it ended."""
 
@@ -86,8 +87,9 @@ class Session:
         self._entry, self._rig, self.virtual, self._seed = entry, rig, virtual, seed
         self._options = dict(options or {})
         self._context = multiprocessing.get_context("spawn")
-        self.swept = len(sweep_stale(KEPT_RING))
-        """How many blocks of dead processes lay in shared memory, and were removed."""
+        swept = len(sweep_stale(KEPT_RING))
+        self.swept = f"{SWEPT} {swept} blocks of processes that were killed" if swept else ""
+        """What of dead processes lay in shared memory, and was removed, in words."""
         name = f"{self.id:016x}"
         self.ring = Ring.create(f"{name}{ring_suffix}", self.id, CAPACITY, owner)
         self.mailbox = Mailbox.create(f"{name}-mailbox", self.id)

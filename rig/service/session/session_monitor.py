@@ -95,7 +95,7 @@ class SessionMonitor:
                 watching=parts.watching, ring_suffix=KEPT_RING, owner=self._owner,
             )  # fmt: skip
             if session.swept:
-                _LOG.info("shared memory: removed %d blocks of processes that were killed", session.swept)
+                _LOG.info("%s", session.swept)
             if self.estops != estops:
                 session.mailbox.estop(Fault.ESTOP)
             parts.driver()  # looks up the names of the wires, here on a thread of its own

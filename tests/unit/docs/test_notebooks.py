@@ -1,5 +1,6 @@
 """The notebooks run, and what is stored in them is what they show: as many outputs, of the same kinds, pictures too."""
 
+import importlib.util
 import subprocess
 import sys
 from pathlib import Path
@@ -24,6 +25,20 @@ def sources(path: Path) -> list[Any]:
 
 def test_there_are_four() -> None:
     assert [path.stem for path in NOTEBOOKS] == ["campaign", "find_a_gap", "first_sweep", "identify_and_validate"]
+
+
+def test_what_others_left_on_the_machine_is_no_part_of_a_notebook() -> None:
+    spec = importlib.util.spec_from_file_location("notebooks", ROOT / "docs" / "notebooks.py")
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    notebook = nbformat.v4.new_notebook()
+    lines = ("shared memory: removed 2 blocks of processes that were killed", "the run is valid")
+    shows = [nbformat.v4.new_output("display_data", {"text/plain": line}) for line in lines]
+    notebook.cells = [nbformat.v4.new_code_cell("run()", outputs=shows)]
+    kept = module.plain(notebook).cells[0].outputs
+    assert [output.data["text/plain"] for output in kept] == ["the run is valid"]
 
 
 @pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
