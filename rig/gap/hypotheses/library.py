@@ -196,6 +196,7 @@ _LIBRARY: tuple[Effect, ...] = (
     ), "one pressure (or the difference) off by a constant", "offset", "valve_offset", allowed=REPEATABILITY),
     Effect("valve_lag", (Law("valve_lag", ("tau_s",), TIMES, shapes=_both(*ONE_VALVE)),
                          *(Law("valve_filter", ("tau_s",), TIMES, shapes=({"poles": poles},)) for poles in (1.0, 2.0, 3.0)),
+                         Law("valve_filter", ("tau_s",), TIMES, shapes=({"turbulent_mpa_s": 0.3}, {"turbulent_mpa_s": 0.03})),
                          Law("valve_filter", ("tau_s",), TIMES, shapes=ONE_VALVE),
                          Law("valve_lag", ("tau_s",), (-0.1, -0.35, -0.7), "regulator_s", shapes=_both(), bounds={"tau_s": (-1.0, 0.0)})),
            "pressures follow more slowly, filling and exhausting alike", "late", "valve_lag"),

@@ -27,6 +27,14 @@ _TAU0 = _P("tau0_s", "s", 0.0, 1.0, 0.0, "time constant of the nominal regulator
 _INTEGRAL = _P(
     "integral_s", "s", 0.0, 10.0, 0.0, "integral time of regulators that go on when a limit is over; 0: they do not"
 )
+_TURBULENT = _P(
+    "turbulent_mpa_s",
+    "MPa/s",
+    0.01,
+    valve.LAMINAR_MPA_S,
+    valve.LAMINAR_MPA_S,
+    "flow from which the drop goes with its square",
+)
 _BALANCED = (
     _P(
         "width_deg",
@@ -91,7 +99,7 @@ OWN_STAGES: dict[str, EffectStage] = {
         _P("tau_s", "s", -0.5, 1.0, 0.0, "further time constant; negative is quicker"), _BALANCE, _TAU0),
     "valve_filter": _entry("valve_lag", "valve", valve.valve_filter, 1 + 4 * valve.VALVE_POLES,
         _P("tau_s", "s", 0.0, 1.0, 0.0, "sum of the filter's time constants"), _BALANCE,
-        _P("poles", "1", 1.0, valve.VALVE_POLES, 1.0, "equal poles that it has"), exact=True),
+        _P("poles", "1", 1.0, valve.VALVE_POLES, 1.0, "equal poles that it has"), _TURBULENT, exact=True),
     "valve_slew": _entry("valve_slew", "valve", limits.valve_slew, limits.MORE,
         _P("fill_mpa_s", "MPa/s", 0.01, limits.UNLIMITED_MPA_S, limits.UNLIMITED_MPA_S, "limit while filling"),
         _P("exhaust_mpa_s", "MPa/s", 0.01, limits.UNLIMITED_MPA_S, limits.UNLIMITED_MPA_S, "limit while exhausting"),
@@ -107,7 +115,7 @@ OWN_STAGES: dict[str, EffectStage] = {
     "one_way_line": _entry("fill_exhaust_asymmetry", "valve@muscle<", valve.one_way_line, 3,
         _P("tau_s", "s", 0.0, 1.0, 0.0, "time constant of the line in its slow direction"),
         _P("fill_share", "1", 0.0, 1.0, 0.0, "0 slow in exhausting, 1 in filling"), _BALANCE,
-        _P("turbulent_mpa_s", "MPa/s", 0.01, 1000.0, 1000.0, "flow from which the drop goes with its square")),
+        _TURBULENT),
     "valve_dead_band": _entry("valve_dead_band", "valve", valve.valve_dead_band, 7,
         _P("width_mpa", "MPa", 0.0, 0.2, 0.0, "change of set-point without reaction"),
         _P("edge", "1", 0.0, 1.0, 1.0,

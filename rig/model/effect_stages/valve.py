@@ -18,6 +18,8 @@ ATMOSPHERE_MPA = 0.1013
 """Pressures count from the atmosphere's, air by what is absolute."""
 VALVE_POLES = 3
 """Most poles of a filter beside a regulator."""
+LAMINAR_MPA_S = 1000.0
+"""Flow from which a throttle's drop goes with its square, of one that is laminar at any flow."""
 
 
 def of_valve(size: float, balance: float, valve: int) -> float:
@@ -58,13 +60,37 @@ def valve_lag(p1: Values, p2: Values, y: Values, state: Values, params: Sequence
         p1[i], p2[i] = state[1], state[2]
 
 
+def behind_throttle(before: float, p: float, tau_s: float, turbulent_mpa_s: float, dt_s: float) -> float:
+    """Pressure after one tick behind a throttle that has `p` ahead of it: the drop is in proportion to the flow, and to
+    its square beyond `turbulent_mpa_s`, at which the two are alike."""
+    drop = abs(p - before)
+    flow = 0.5 * turbulent_mpa_s * (math.sqrt(1.0 + 4.0 * drop / (tau_s * turbulent_mpa_s)) - 1.0)
+    return p + math.exp(-dt_s / (tau_s * (1.0 + flow / turbulent_mpa_s))) * (before - p)
+
+
 def valve_filter(p1: Values, p2: Values, y: Values, state: Values, params: Sequence[float], dt_s: float) -> None:
     """A low pass beside the regulator, which keeps its own pole: a filter of the set-point, a pilot chamber, a tube; as
-    many equal poles as `poles`, whose time constants sum to tau; params: tau_s, balance, poles."""
+    many equal poles as `poles`, whose time constants sum to tau; params: tau_s, balance, poles, turbulent_mpa_s.
+
+    A throttle whose flow turns turbulent (`behind_throttle`) has one pole: it is the later, the more it has to follow.
+    """
     poles = int(params[2])
-    through_poles(p1, state, 1, of_valve(params[0], params[1], 0), poles, dt_s)
-    through_poles(p2, state, 1 + 2 * VALVE_POLES, of_valve(params[0], params[1], 1), poles, dt_s)
+    tau1, tau2 = of_valve(params[0], params[1], 0), of_valve(params[0], params[1], 1)
+    if params[3] < LAMINAR_MPA_S:
+        _throttled(p1, state, 1, tau1, params[3], dt_s)
+        _throttled(p2, state, 1 + 2 * VALVE_POLES, tau2, params[3], dt_s)
+    else:
+        through_poles(p1, state, 1, tau1, poles, dt_s)
+        through_poles(p2, state, 1 + 2 * VALVE_POLES, tau2, poles, dt_s)
     state[0] = 1.0
+
+
+def _throttled(column: Values, state: Values, at: int, tau_s: float, turbulent_mpa_s: float, dt_s: float) -> None:
+    """The column in a volume behind a throttle, in place; its last value stands at a place of the state."""
+    for i in range(len(column)):
+        if state[0] != 0.0 or i > 0:
+            column[i] = behind_throttle(state[at], column[i], max(tau_s, 1e-9), turbulent_mpa_s, dt_s)
+        state[at] = column[i]
 
 
 def fill_exhaust_asymmetry(
@@ -93,14 +119,6 @@ def fill_exhaust_asymmetry(
         state[1] = goal1 + (fill1 if goal1 > state[1] else exhaust1) * (state[1] - goal1)
         state[2] = goal2 + (fill2 if goal2 > state[2] else exhaust2) * (state[2] - goal2)
         p1[i], p2[i] = state[1], state[2]
-
-
-def behind_throttle(before: float, p: float, tau_s: float, turbulent_mpa_s: float, dt_s: float) -> float:
-    """Pressure after one tick behind a throttle that has `p` ahead of it: the drop is in proportion to the flow, and to
-    its square beyond `turbulent_mpa_s`, at which the two are alike."""
-    drop = abs(p - before)
-    flow = 0.5 * turbulent_mpa_s * (math.sqrt(1.0 + 4.0 * drop / (tau_s * turbulent_mpa_s)) - 1.0)
-    return p + math.exp(-dt_s / (tau_s * (1.0 + flow / turbulent_mpa_s))) * (before - p)
 
 
 def one_way_line(p1: Values, p2: Values, y: Values, state: Values, params: Sequence[float], dt_s: float) -> None:

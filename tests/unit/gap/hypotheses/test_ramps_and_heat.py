@@ -63,3 +63,31 @@ def test_a_muscle_that_rests_cools_again() -> None:
     strength = through("heated_muscles", {"rate_per_min": 0.5, "heat_s": 4.0}, held)[0] / held - 1.0
     assert strength[2400] > 10.0 * strength[-1] > 0.0
     assert strength[-1] / strength[2400] == pytest.approx(np.exp(-2399 * DT / 4.0), rel=0.02)
+
+
+@pytest.mark.parametrize("tau_s", [0.02, 0.1])
+def test_a_throttle_that_is_laminar_is_a_filter_of_one_pole(tau_s: float) -> None:
+    """But for half a tick: a filter takes the course between two samples for straight, a throttle for a step."""
+    asked = 0.2 + 0.05 * np.sin(2.0 * np.pi * 0.5 * DT * np.arange(800))
+    linear = through("valve_filter", {"tau_s": tau_s}, asked)
+    throttled = through("valve_filter", {"tau_s": tau_s, "turbulent_mpa_s": 999.0}, asked)
+    assert throttled == pytest.approx(np.array(linear), abs=0.05 * 2.0 * np.pi * 0.5 * 0.6 * DT)
+
+
+@pytest.mark.parametrize("more", [2.0, 4.0])
+def test_a_turbulent_throttle_is_the_later_the_more_it_has_to_follow(more: float) -> None:
+    """Where the drop goes with the square of the flow, the time to come to half a step goes with the root of it."""
+    numbers = {"tau_s": 2.0, "turbulent_mpa_s": 0.01}
+    half_way = [
+        np.argmax(through("valve_filter", numbers, step(0.1, 0.1 + size, 4000))[0] > 0.1 + 0.5 * size)
+        for size in (0.05, 0.05 * more)
+    ]
+    assert half_way[1] / half_way[0] == pytest.approx(np.sqrt(more), rel=0.05)
+
+
+def test_a_turbulent_throttle_of_one_valve_leaves_the_other_alone() -> None:
+    numbers = {"tau_s": 0.1, "turbulent_mpa_s": 0.03, "balance": 1.0}
+    p1, p2 = through("valve_filter", numbers, step(0.2, 0.3))
+    assert p2 == pytest.approx(0.4 - np.array(step(0.2, 0.3)), abs=1e-9)
+    assert np.all(np.diff(p1) >= 0.0)
+    assert 0.2 < p1[10] < 0.3
