@@ -56,13 +56,13 @@ OTHER_LAWS: Final[dict[str, EffectLaw]] = dict((
     # film that softens as the sun comes round (logistic)
     known("thermal_drift", 0.005, 0.5, sized(rig, "heat", 4.0, heat_s=(3.0, 9.0))),
     # continuous friction whose Stribeck part is late (Makkar, Hess and Soom)
-    known("coulomb_friction", 0.01, 5.0, sized(rig, "dry_nm")),
+    known("coulomb_friction", 0.005, 3.0, sized(rig, "dry_nm")),
     # grease in a gap that is narrower off the middle
-    known("viscous_friction", 0.02, 12.0, sized(rig, "squeeze_nm_s")),
+    known("viscous_friction", 0.01, 4.0, sized(rig, "squeeze_nm_s")),
     # mass far out on a link that rolls: inertia by the cosine of half the angle
-    known("inertia", 1e-3, 0.08, sized(rig, "outer_kgm2")),
+    known("inertia", 5e-4, 0.05, sized(rig, "outer_kgm2")),
     # weight on a link that rolls: half of the angle and the whole
-    known("gravity_load", 0.01, 3.0, sized(rig, "load_nm", load_rad=(-1.2, 1.2))),
+    known("gravity_load", 0.01, 2.0, sized(rig, "load_nm", load_rad=(-1.2, 1.2))),
     # more rows, with their volume, on stronger cords; friction and mass as before
     known("stiffness", 0.02, 0.7, sized(rig, "stiff")),
     # clearance whose grease takes the pin along by a share
@@ -95,7 +95,7 @@ FOREIGN: Final[dict[str, EffectLaw]] = {
     "peeling_weld": EffectLaw("muscle", "mm/s", 0.01, 2.0, False,
                               sized(rig, "peel_mm_s", peel_muscle=[0.0, 1.0])),
     "giving_anchor": EffectLaw("muscle", "mm/N", 5e-4, 0.05, False, sized(rig, "give_mm_n", give_muscle=[0.0, 1.0])),
-    "over_centre_spring": EffectLaw("joint", "N m", 0.01, 2.0, False, sized(rig, "centre_nm")),
+    "over_centre_spring": EffectLaw("joint", "N m", 0.01, 1.5, False, sized(rig, "centre_nm")),
     "switching_ranges": EffectLaw("sensor", "relative", 3e-3, 0.3, True,
                                   sized(reading, "range_gain", range_deg=(6.0, 18.0))),
     "bending_frame": EffectLaw("sensor", "deg/MPa", 0.5, 60.0, True,
