@@ -33,7 +33,7 @@ def test_families_and_effects_that_are_not_there_are_named():
     with pytest.raises(
         RigError,
         match=r"plant family 'piston': expected one of mckibben, fluidic, pleated, bellows, bundle, sleeve, airbeam, "
-        r"diaphragm",
+        r"diaphragm, pouch",
     ):
         unit("piston", 1)
     with pytest.raises(RigError, match=r"effect 'gremlins': family fluidic has backlash, "):

@@ -88,6 +88,7 @@ def test_a_disturbance_that_throws_the_joint_is_named(build, plant):
         "sleeve": {"gravity_load": -900.0},
         "airbeam": {"gravity_load": -900.0},
         "diaphragm": {"gravity_load": -900.0},
+        "pouch": {"gravity_load": -900.0},
     }[build]
     with pytest.raises(RigError, match="left"):
         run(SINE, plant, plant.still(), disturbance(build, wild))
