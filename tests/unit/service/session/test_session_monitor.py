@@ -270,7 +270,9 @@ def test_an_emergency_stop_of_a_device_that_could_not_be_opened_is_tried_on(monk
     monitor = SessionMonitor(device.parts)
     monitor.open()
     for _ in range(2):
-        with pytest.raises(Refused, match=r"not carried out: there is no loop, and no answer; .*The safe state is written as soon as"):
+        with pytest.raises(
+            Refused, match=r"not carried out: there is no loop, and no answer; .*The safe state is written as soon as"
+        ):
             asyncio.run(monitor.estop())
     assert monitor.safe is not None
     assert monitor.safe.outcome is Outcome.FAILED
