@@ -55,6 +55,8 @@ class LinkState(IntEnum):
     REFUSED = 3
     """It never came up; the I/O process has ended."""
     ENDED = 4
+    TRIPPED = 5
+    """Refused to somebody who only looks: the device's own watchdog has most likely acted."""
 
 
 class Trip(IntEnum):

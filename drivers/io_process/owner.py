@@ -16,7 +16,7 @@ from drivers.io_process.alarm import LOOK_S, NOT_YET, is_stopped, let_go_on
 from drivers.io_process.lookup import find, path_for, user_of
 from drivers.io_process.mailbox import IoMailbox, LinkState, OutputsMode, Report, Trip, create, mapped, remove
 from drivers.io_process.worker import WorkerSetup
-from rig.errors import DeviceError, DeviceLost, DevicePending
+from rig.errors import DeviceError, DeviceLost, DevicePending, WatchdogTripped
 from rig.silence import Silence
 
 _START_S: Final = 10.0
@@ -55,7 +55,8 @@ class IoProcess:
         return self._process is not None
 
     def start(self) -> Mapping[str, str]:
-        """Start the process and wait until it has the wire; its facts. DeviceLost says in one line why not."""
+        """Start the process and wait until it has the wire; its facts. DeviceLost says in one line why not;
+        WatchdogTripped: to who only looks."""
         self._begin(self._job)
         return self.await_start()
 
@@ -118,10 +119,10 @@ class IoProcess:
                 if report.errors:  # since then already: the text is that of an error
                     return {}
                 return dict(line.split("=", 1) for line in report.text.splitlines() if "=" in line)
-            if report.state is LinkState.REFUSED or ended:
+            if report.state in (LinkState.REFUSED, LinkState.TRIPPED) or ended:
                 why = report.text or self._last_words()
                 self.stop()
-                raise DeviceLost(why)
+                raise WatchdogTripped(why) if report.state is LinkState.TRIPPED else DeviceLost(why)
             time.sleep(LOOK_S)
         self.stop()
         raise DeviceLost(f"{self.resource}: the I/O process did not get its line within {_START_S:g} s")

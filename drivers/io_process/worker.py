@@ -16,7 +16,7 @@ from collections.abc import Mapping
 from typing import Any, Final, NamedTuple, Protocol, cast
 
 from drivers.io_process.mailbox import IoMailbox, LinkState, OutputsMode, Report, Trip, remove_own
-from rig.errors import DeviceError, DeviceLost
+from rig.errors import DeviceError, DeviceLost, WatchdogTripped
 
 _IDLE_MS: Final = 2
 """How long an idle I/O process sleeps at most before it looks at its owner again."""
@@ -91,7 +91,8 @@ class Worker:
             facts = "\n".join(f"{key}={value}" for key, value in self._link.connect().items())
         except DeviceError as error:
             self._link.close()
-            self._say(state=LinkState.REFUSED, text=str(error))
+            tripped = isinstance(error, WatchdogTripped)
+            self._say(state=LinkState.TRIPPED if tripped else LinkState.REFUSED, text=str(error))
             return False
         self._say(state=LinkState.UP, text=facts)
         return True

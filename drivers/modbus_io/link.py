@@ -10,6 +10,7 @@ import contextlib
 import termios
 import time
 from collections.abc import Awaitable, Mapping
+from dataclasses import replace
 from typing import Any, Final
 
 from pymodbus.client import AsyncModbusSerialClient
@@ -21,7 +22,7 @@ from drivers.modbus_io.read_back import OutputsShown
 from drivers.modbus_io.session import ModbusSession, hush, never_give_up
 from drivers.modbus_io.settings import ModbusSettings, SerialLine
 from drivers.modbus_io.stations import Stations, rebuild
-from rig.errors import DeviceError, DeviceLost
+from rig.errors import DeviceError, DeviceLost, WatchdogTripped
 from rig.interfaces import Role
 
 _ECHO: Final = "; each request comes back as it was sent: switch the echo of the adapter off"
@@ -33,14 +34,16 @@ class ModbusLink:
     """A `drivers.io_process.worker.WireLink`: outputs are counts by place, values are counts by place (see plan)."""
 
     def __init__(
-        self, settings: ModbusSettings, roles: frozenset[Role], safe_numbers: dict[int, float], *, rescue: bool = False
-    ) -> None:
-        """`rescue`: opened to make safe, for which a module that is not heard is told all the same."""
+        self, settings: ModbusSettings, roles: frozenset[Role], safe_numbers: dict[int, float], *,
+        rescue: bool = False, looking: bool = False,
+    ) -> None:  # fmt: skip
+        """`rescue`: opened to make safe, for which a module that is not heard is told all the same. `looking`: its
+        fail-safe is neither armed nor stopped, unless somebody has it made safe from here."""
         self._settings, self._safe = settings, safe_numbers
         self._back = OutputsShown(safe_numbers, time.monotonic_ns)
         self._safe_wanted = rescue
         """Outputs were driven from here, or are somebody's who is gone: what stands there is not to stay."""
-        self._plan: ExchangePlan = make_plan(settings, roles)
+        self._plan: ExchangePlan = make_plan(settings, roles, looking=looking)
         self._loop = asyncio.new_event_loop()
         self._stations: Stations | None = None
         self._failed = self._was_up = self._arm_owed = False
@@ -70,7 +73,7 @@ class ModbusLink:
                 self._arm_owed = True
                 return self._stations.prove_outputs() if self._blind else self._stations.prove()
             facts = self._stations.prove_and_arm(self._settings.watchdog_s, self._safe)
-        except DeviceLost:
+        except (DeviceLost, WatchdogTripped):
             raise
         except DeviceError as error:
             self._tell_unheard(self._stations)
@@ -121,6 +124,8 @@ class ModbusLink:
             self._settle(line)
         numbers = {place: outputs[place] for place in self._plan.driven} if outputs else None
         self._safe_wanted = self._safe_wanted or numbers is not None
+        if self._safe_wanted and self._plan.looking:
+            self._plan = stations.plan = replace(self._plan, looking=False)
         try:
             if self._blind and numbers is None:
                 stations = self._see_again(stations)
@@ -235,4 +240,5 @@ def link(settings: dict[str, Any]) -> ModbusLink:
     """The link from plain JSON data, as the owner sends it."""
     safe = {int(place): number for place, number in settings["safe"].items()}
     roles = frozenset(Role(role) for role in settings["roles"])
-    return ModbusLink(rebuild(settings["device"]), roles, safe, rescue=settings.get("rescue", False))
+    how = {key: settings.get(key, False) for key in ("rescue", "looking")}
+    return ModbusLink(rebuild(settings["device"]), roles, safe, **how)

@@ -112,7 +112,7 @@ class Process:
     """Exchanges made by an I/O process; here only its newest report is looked at."""
 
     def __init__(self, settings: ModbusSettings, context: DeviceContext, safe: Numbers) -> None:
-        plan = make_plan(settings, context.roles)
+        plan = make_plan(settings, context.roles, looking=context.looking)
         self._plan = plan
         job = WorkerSetup(
             "drivers.modbus_io.link",
@@ -120,6 +120,7 @@ class Process:
                 "device": unstructure(settings),
                 "roles": sorted(context.roles),
                 "safe": {str(place): number for place, number in safe.items()},
+                "looking": context.looking,
             },
             tuple(safe.get(place, 0.0) for place in (0, 1)) if safe else (),
             settings.silence_periods * context.period_ns,
@@ -132,6 +133,7 @@ class Process:
             "device": unstructure(replace(settings, further={})),
             "roles": sorted(context.roles & set(VALVES)),
             "rescue": True,
+            "looking": False,
         }
         # the rescue is for the outputs alone: whether there are inputs to be had does not matter
         rescue = job._replace(settings=job.settings | outputs)

@@ -1,5 +1,6 @@
 """NI myRIO-1900 as a device of the rig: two set-points, two monitors and the potentiometer through one FPGA session."""
 
+import contextlib
 from collections.abc import Mapping
 from dataclasses import replace
 from typing import Final
@@ -17,6 +18,8 @@ PROBE_CALLS: Final = 200
 RESCUE_SHARE: Final = 0.3
 """Of a period: how long `safe` waits for a new session before it says: not yet."""
 RESCUE_PATIENCE_S: Final = 3.0
+UNFED_PERIODS: Final = 3
+"""Since the last heartbeat for the FPGA's watchdog: who ticks feeds it in each."""
 
 
 class MyRio(Abilities):
@@ -45,6 +48,9 @@ class MyRio(Abilities):
         self._rescue: Rescue | None = None
         """Once the device has been open: somebody ticks, and `safe` must not make him wait for a new session."""
         self._beat = 0
+        self._fed_ns = -(1 << 62)
+        self._held: bool | None = None
+        """What a session that was opened for the safe state has read back, until somebody asks."""
 
     def open(self) -> Mapping[str, str]:
         """Open the session, find every register, wait until ready; a remote one is refused when it is too slow.
@@ -128,7 +134,7 @@ class MyRio(Abilities):
             return
         if self._open is not None:
             try:
-                self._put(self._open, self._context.safe_p1_mpa, self._context.safe_p2_mpa)
+                self._put_safe(self._open)
                 return
             except DeviceError as error:
                 if isinstance(error, DeviceLost):
@@ -149,20 +155,44 @@ class MyRio(Abilities):
         if channels.heartbeat:
             self._beat = (self._beat + 1) & 0x7FFF
             channels.heartbeat(self._beat)
+            self._fed_ns = self._now()
 
     def _safe_by_new_session(self) -> None:
         channels = self._connect()
         try:
-            self._put(channels, self._context.safe_p1_mpa, self._context.safe_p2_mpa)
+            self._put_safe(channels)
+            with contextlib.suppress(DeviceError):
+                self._held = self._holds_safe(channels)
         finally:
             channels.session.close()
 
+    def _put_safe(self, channels: SessionChannels) -> None:
+        """DeviceLost where the VI does not run: a new session starts it."""
+        self._held = None
+        self._put(channels, self._context.safe_p1_mpa, self._context.safe_p2_mpa)
+        if not self._runs(channels):
+            raise DeviceLost(
+                f"myRIO {self._settings.resource}: the VI does not run: its outputs do not follow what is written"
+            )
+
+    def _runs(self, channels: SessionChannels) -> bool:
+        try:
+            return channels.session.runs
+        except VENDOR_ERRORS as error:
+            raise self._failed(error, "asking whether the VI runs") from None
+
     def holds_safe(self) -> bool | None:
-        """Whether the FPGA's output registers hold the safe set-points; None while a new session would have to be
-        waited for."""
+        """Whether the FPGA runs and its output registers hold the safe set-points: what a new session has read after
+        it wrote them is told once. None while a new session would have to be waited for, and where the FPGA's own
+        watchdog is not fed from here, which takes the outputs to what it holds for safe."""
+        if self._settings.heartbeat and self._now() - self._fed_ns > UNFED_PERIODS * self._period_ns:
+            return None
         if self._open is not None:
             return self._holds_safe(self._open)
-        if self._rescue is not None or not self.roles & {Role.VALVE_1, Role.VALVE_2}:
+        if self._rescue is not None:
+            held, self._held = self._held, None
+            return held
+        if not self.roles & {Role.VALVE_1, Role.VALVE_2}:
             return None
         channels = self._connect()
         try:
@@ -171,6 +201,8 @@ class MyRio(Abilities):
             channels.session.close()
 
     def _holds_safe(self, channels: SessionChannels) -> bool:
+        if not self._runs(channels):
+            return False
         safe_mpa = self._context.safe_p1_mpa, self._context.safe_p2_mpa
         try:
             return all(

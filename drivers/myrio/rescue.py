@@ -66,7 +66,10 @@ class Rescue:
 
 
 def _step_back() -> None:
-    """Out of the loop's real-time class and off its core, which threads and the helpers of nifpga would inherit."""
+    """Behind the loop and off its core, in its class: it has the interpreter now and then, and where it was held up
+    with it by work that is not real-time, so was the loop. What the vendor's library starts does not inherit that."""
     with contextlib.suppress(OSError, AttributeError):
-        os.sched_setscheduler(0, os.SCHED_OTHER, os.sched_param(0))
         os.sched_setaffinity(0, range(os.cpu_count() or 1))
+        if os.sched_getscheduler(0) == os.SCHED_FIFO:
+            behind = os.sched_param(max(os.sched_getparam(0).sched_priority // 2, 1))
+            os.sched_setscheduler(0, os.SCHED_FIFO | os.SCHED_RESET_ON_FORK, behind)

@@ -1,10 +1,12 @@
 """One FPGA session of nifpga: opened, running, ready, its registers found by name, and its errors in one line each."""
 
+import functools
 import warnings
 from collections.abc import Callable
 from typing import Any, Final
 
 import nifpga
+import nifpga.session
 from nifpga.statuscheckedlibrary import LibraryNotFoundError
 
 from drivers.myrio.settings import MyRioSettings
@@ -34,6 +36,12 @@ _HINTS: Final = {
     -63192: "no such resource; RIO0 on the controller, rio://HOST/RIO0 from a host",
     -63195: "the session is lost; the myRIO was restarted or reset",
 }
+
+vendor_library: Final = functools.cache(nifpga.session._NiFpga)  # noqa: SLF001  # it offers no other way
+"""nifpga looks for its library at each opening, by programs that it starts (ldconfig, a compiler). Starting one takes
+the interpreter from a loop that opens a session for the safe state, until that program has got a processor. Once found,
+it is kept."""
+nifpga.session._NiFpga = vendor_library  # noqa: SLF001
 
 
 def explain(error: Any, resource: str, doing: str) -> DeviceError:
@@ -75,6 +83,15 @@ class FpgaSession:
     def signature(self) -> str:
         """The bitfile's signature, which the FPGA confirmed."""
         return str(self._bitfile.signature)
+
+    @property
+    def runs(self) -> bool:
+        """Whether the VI runs on the FPGA: of one that was stopped the registers still take and tell what is written
+        to them, and its terminals keep what they carried."""
+        try:
+            return self._session.fpga_vi_state is nifpga.FpgaViState.Running
+        except ValueError:  # a state that there is not
+            return False
 
     def has(self, register: str) -> bool:
         """Whether the bitfile has a register of that name."""

@@ -54,7 +54,7 @@ class StillSession(FpgaSession):
         self._bitfile, self._path = bitfile, settings.bitfile
         self.still = {name: _StillRegister() for name, one in bitfile.registers.items() if not one.is_array()}
         made = {name: _made(bitfile.registers[name], one.checked()) for name, one in self.still.items()}
-        self._session = SimpleNamespace(registers=made)
+        self._session = SimpleNamespace(registers=made, fpga_vi_state=nifpga.FpgaViState.Running)
 
     def settle(self, register: str, miss: Callable[[], float]) -> None:
         """Let the register show the counts with the least `miss`."""

@@ -83,6 +83,8 @@ class LoopVerdict(IntEnum):
 class Outcome(IntEnum):
     """What is known of the safe state; of two the greater is the better."""
 
+    UNOPENED = -2
+    """Nobody of ours has had the device, and nobody tries; known to whoever looks, told by nobody."""
     OVERRULED = -1
     """Another process drives the device, and what stands there is its own; known to whoever looks, told by nobody."""
     UNKNOWN = 0
@@ -133,6 +135,12 @@ class SafeReport:
             return "nothing is under pressure: the simulated plant ended with the loop's process"
         if self.outcome is Outcome.OVERRULED:
             return "NOT SAFE: another process drives the device, and what stands there is its own"
+        if self.outcome is Outcome.UNOPENED:
+            return (
+                f"{NOT_SAFE}: the device could not be opened, so that what stands at its valves, as whoever drove them "
+                "before may have left it, is not known; nobody writes to it before a reset opens it or an emergency "
+                "stop is asked for"
+            )
         if self.outcome is Outcome.DOUBTED:
             return (
                 f"{NOT_SAFE}: the device took the safe state from {who}, and was lost or out of reach "

@@ -1,10 +1,11 @@
-"""A rig that was left under pressure, and whose device could not be opened anew: there is no session any more, and it
-is tried on until the device has taken the safe state."""
+"""A rig that was left under pressure, or somebody asked to be made safe, and whose device could not be opened: there is
+no session, and it is tried on until the device has taken the safe state."""
 
 import logging
 import threading
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Final
 
 from rig.realtime.safe_state import Outcome, SafeReport, SecondPath, Writer, write_and_look
@@ -35,18 +36,28 @@ class LeftUnsafe:
         if session.ticked:
             self.report, self.owed = session.safe, not session.safe.safe
 
+    def doubt(self) -> None:
+        """The device, which the session before left safe, does not answer: what stands there now is not known."""
+        if self.report.outcome in (Outcome.WRITTEN, Outcome.SEEN):
+            self.report, self.owed = replace(self.report, outcome=Outcome.DOUBTED), True
+
+    def owe(self) -> None:
+        """Somebody has asked for the safe state, and the device did not take it."""
+        self.owed = True
+        self.tell(Outcome.FAILED)
+
     def begin(self, make: Callable[[], SecondPath] | None, driver: Callable[[], str]) -> None:
         """Try on, from a thread of its own, where that is owed; not while another process drives the rig by `driver`.
         Without a way to the device, by `make`, nothing is left under pressure."""
         if make is None or not self.owed:
             return
         try:
-            self._hands = StandBy()
+            self._hands = self._hands or StandBy()
         except NoThread as error:
             _LOG.error("nobody goes on to make the rig safe: %s; `pamrig estop` tries once more", error)
             return
         self._ended.clear()
-        self._hands.begin(lambda: self._try_on(make, driver))
+        self._hands.begin(lambda: self._try_on(make, driver))  # after one that may just be coming to its end
 
     def _try_on(self, make: Callable[[], SecondPath], driver: Callable[[], str]) -> None:
         path = make()

@@ -25,7 +25,8 @@ from rig.service.connections.protocol import Code, Refused
 from rig.service.records.recorder_messages import RunResult, message_of
 from rig.service.session.last_resort import last_resort
 from rig.service.session.left_unsafe import LeftUnsafe
-from rig.service.session.process_watch import is_final
+from rig.service.session.process_watch import PathMaker, is_final
+from rig.service.session.refusals import BY_HAND, NOT_OPEN, NOT_READY, UNFIT
 from rig.service.session.session import LoopEntry, Session, Watching, spoken
 from rig.service.session.telemetry import Telemetry
 
@@ -105,14 +106,22 @@ class SessionMonitor:
             if session is not None:
                 session.close()
                 self._left.take(session)
+            if isinstance(error, DeviceError):
+                self._left.doubt()
             fault = Fault.DEVICE_LOST if isinstance(error, DeviceError | ConfigError) else Fault.LOOP_DIED
             self._break(fault, str(error))
-            self._left.begin(parts.watching.second_path if parts.watching is not None else None, parts.driver)
+            self._left.begin(self._second_path, parts.driver)
         else:
+            self._left.end()  # an emergency stop may have begun to try on, beside this
             self.session, self.telemetry, self._left = session, Telemetry(session.ring), LeftUnsafe()
             self._broken, self._message = Fault.NONE, ""
         finally:
             self._opening = None
+
+    @property
+    def _second_path(self) -> PathMaker | None:
+        """This process's own way to the device; None where the plant ends with the loop's process."""
+        return self._parts.watching.second_path if self._parts.watching is not None else None
 
     def begin_close(self) -> None:
         """Let the loop leave through the safe state, without waiting for it; `close` does the rest."""
@@ -173,7 +182,10 @@ class SessionMonitor:
         report = watch.safe if watch is not None else self._left.report
         if not report.writer and self.state is not State.FAULT:
             return None
-        return replace(report, outcome=Outcome.OVERRULED) if self._elsewhere() else report
+        if self._elsewhere():
+            return replace(report, outcome=Outcome.OVERRULED)
+        unopened = not report.writer and self.session is None and self._second_path is not None
+        return replace(report, outcome=Outcome.UNOPENED) if unopened else report
 
     def _elsewhere(self) -> str:
         """Which other process drives the rig while we have no loop; empty when none does."""
@@ -231,7 +243,7 @@ class SessionMonitor:
         if answer is Answer.REFUSED:
             raise Refused(Code.WRONG_STATE, f"the loop refused {request.name.lower()} while {self.state.name.lower()}")
         if answer is Answer.NOT_READY:
-            raise Refused(Code.REFUSED, _NOT_READY.get(request, "not now"))
+            raise Refused(Code.REFUSED, NOT_READY.get(request, "not now"))
         return answer
 
     async def arm(self) -> list[str]:
@@ -239,7 +251,7 @@ class SessionMonitor:
         each."""
         self.require(Event.ARM)
         if self.session is None:  # the socket listens before the rig is open
-            raise Refused(Code.REFUSED, _NOT_OPEN)
+            raise Refused(Code.REFUSED, NOT_OPEN)
         what = measures.denied(self.session.facts["realtime"])
         if what and not self._parts.simulated and not self._force:
             raise Refused(
@@ -277,7 +289,7 @@ class SessionMonitor:
         try:
             after(state, event)
         except RigError as error:
-            raise Refused(Code.WRONG_STATE, _UNFIT.get((state, event), str(error))) from None
+            raise Refused(Code.WRONG_STATE, UNFIT.get((state, event), str(error))) from None
 
     def begin_estop(self) -> None:
         """Demand the safe state, without waiting to see it; `estop` does the rest. A loop that is only being started
@@ -299,7 +311,7 @@ class SessionMonitor:
             if time.monotonic() > deadline:
                 if report.safe:
                     break
-                raise Refused(Code.REFUSED, f"emergency stop not carried out: {watch.safe.words}; {_BY_HAND}")
+                raise Refused(Code.REFUSED, f"emergency stop not carried out: {watch.safe.words}; {BY_HAND}")
             watch.follow_up()
             await asyncio.sleep(_ANSWER_POLL_S)
         await self._see_the_stop()
@@ -320,13 +332,13 @@ class SessionMonitor:
         """The safe state was written, and another process writes its own set-points over it."""
         if other := self._elsewhere():
             raise Refused(
-                Code.REFUSED, f"emergency stop not carried out: {other}; stop it there (Ctrl-C), or {_BY_HAND}"
+                Code.REFUSED, f"emergency stop not carried out: {other}; stop it there (Ctrl-C), or {BY_HAND}"
             )
 
     async def _write_alone(self) -> SafeReport:
         """The safe state by this process, as long as there is no loop; on threads of its own, for those that all share
         may wait for a disk."""
-        make = self._parts.watching.second_path if self._parts.watching is not None else None
+        make = self._second_path
         if make is None:
             return SafeReport(Writer.CONTROL, outcome=Outcome.ENDED)
         path = await aside_or_here(make)
@@ -335,13 +347,23 @@ class SessionMonitor:
             if outcome < Outcome.WRITTEN:
                 await aside_or_here(path.safe)  # for its words
         except RigError as error:
+            tried_on = self._try_on()
             raise Refused(
-                Code.REFUSED, f"emergency stop not carried out: there is no loop, and {error}; {_BY_HAND}"
+                Code.REFUSED, f"emergency stop not carried out: there is no loop, and {error}; {BY_HAND}{tried_on}"
             ) from None
         finally:
             await aside_or_here(path.close)
         self._refuse_if_overruled()
         return self._left.tell(outcome)
+
+    def _try_on(self) -> str:
+        """Go on with an emergency stop that the device did not take, where no session does; returns that, for the end
+        of a line."""
+        if self.session is not None or self._opening is not None:
+            return ""  # it finds the demand
+        self._left.owe()
+        self._left.begin(self._second_path, self._parts.driver)
+        return ". The safe state is written as soon as the device is back, or until a reset: keep clear of the joint"
 
     @property
     def needs_new_session(self) -> bool:
@@ -358,7 +380,7 @@ class SessionMonitor:
         turned then, and has to be opened anew. Refused without a session, and when more `estops` have come since it was
         asked for."""
         if self.session is None:  # it was lost, or is being opened, since the caller looked
-            raise Refused(Code.REFUSED, _NOT_OPEN)
+            raise Refused(Code.REFUSED, NOT_OPEN)
         self.refuse_after_estop(estops)
         if self.session.watch is not None:
             self.session.watch.withdraw()
@@ -367,20 +389,3 @@ class SessionMonitor:
             return False
         self._message = ""
         return True
-
-
-_UNFIT: Final = {
-    (State.DISARMED, Event.START): "cannot start while disarmed; run `pamrig arm` first",
-    (State.DISARMED, Event.DISARM): "nothing to stop: nothing runs, and the rig is disarmed",
-    (State.ARMED, Event.ARM): "armed already; `pamrig start` begins, `pamrig stop` disarms",
-    (State.RUNNING, Event.ARM): "armed already, and running; `pamrig stop` ramps down",
-}
-"""What to say of a command that does not fit, in the operator's words instead of the table's."""
-_NOT_OPEN: Final = "the rig is still being opened; try again in a second"
-_BY_HAND: Final = "open the dump valve, then look at cable and power of the device"
-_NOT_READY: Final = {
-    Request.ARM: "cannot arm: the pressures are not known (read error, broken wire, implausible value); see `pamrig "
-    "watch`",
-    Request.RESET: "the cause is not gone yet (read error, broken wire, or the safe state is not written); see "
-    "`pamrig watch`",
-}

@@ -3,16 +3,17 @@ whoever drives it wrote."""
 
 import dataclasses
 import time
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 from support.rigs import fieldbus_rigs as rigs
-from support.rigs.faulty_modbus import error_of, made, told
+from support.rigs.faulty_modbus import error_of, heal, made, told
 
 from drivers.modbus_io.device import ModbusIo
 from drivers.modbus_io.settings import ExchangeMode
 from hil.emulators.emulation import Emulation
-from rig.errors import DeviceError
+from rig.errors import DeviceError, WatchdogTripped
 from rig.interfaces import Role
 
 pytest_plugins = "support.rigs.faulty_modbus_rig"
@@ -103,6 +104,64 @@ def test_who_only_looks_leaves_the_watchdog_of_whoever_drives(tcp: Emulation, mo
     assert told(tcp) == (0.25, 0.15)
     assert rigs.soon(lambda: told(tcp) == (0.0, 0.0)), "nobody asks any more"
     driving.close()
+
+
+@pytest.fixture
+def rtu() -> Iterator[Emulation]:
+    running = rigs.wago("faulty_rtu", rigs.BAUD)
+    yield running
+    heal(running)
+
+
+def _looking(running: Emulation) -> ModbusIo:
+    """With a watchdog that would act soon if it were armed."""
+    settings = rigs.modbus_settings(running.places["io"], ExchangeMode.AUTO, watchdog_s=0.3)
+    return ModbusIo(settings, dataclasses.replace(rigs.context(), looking=True))
+
+
+def test_who_only_looks_at_a_serial_line_arms_nothing(rtu: Emulation) -> None:
+    """Its I/O process did not know that it only looked: it armed the module's watchdog, and stopped it at the end."""
+    rtu.leave_at(0.25, 0.15)
+    looking = _looking(rtu)
+    looking.open()
+    assert rigs.soon(lambda: looking.read().p1_mpa > 0.0)
+    rtu.unplug("io")
+    assert not rigs.soon(lambda: told(rtu) != (0.25, 0.15), 1.0), "an armed watchdog hears nobody, and acts"
+    looking.close()
+
+
+def test_who_only_looks_at_a_serial_line_starts_no_watchdog_that_has_tripped(rtu: Emulation) -> None:
+    lost = made(rtu, watchdog_s=0.3)
+    lost.open()
+    lost.write(0.3, 0.1)
+    rtu.unplug("io")
+    assert rigs.soon(lambda: told(rtu) == (0.0, 0.0))
+    lost.close()
+    rtu.plug("io")
+    with pytest.raises(WatchdogTripped, match="its watchdog may have tripped"):
+        _looking(rtu).open()
+    assert told(rtu) == (0.0, 0.0)
+    again = made(rtu)
+    again.open()
+    again.close()
+
+
+def test_who_only_looks_makes_safe_when_he_is_told_to(rtu: Emulation) -> None:
+    """He holds the port, so that `pamrig service safe` comes to him."""
+    looking, outside = _looking(rtu), made(rtu)
+    looking.open()
+
+    def safe() -> bool:
+        try:
+            outside.safe()
+        except DeviceError:
+            return False
+        return True
+
+    assert rigs.soon(safe)
+    assert told(rtu) == rigs.SAFE
+    looking.close()
+    outside.close()
 
 
 def test_reading_keeps_the_watchdog_content(tcp: Emulation) -> None:

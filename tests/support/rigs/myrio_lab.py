@@ -1,11 +1,13 @@
 """An emulated myRIO in virtual time for the tests of its driver, with a plant whose angle the test sets."""
 
+import time
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 import pytest
 
 from drivers.myrio.device import MyRio
+from drivers.myrio.session import vendor_library
 from drivers.myrio.settings import MyRioSettings
 from hil.emulators.nifpga.board import BoardWiring
 from hil.emulators.nifpga.stand_in import StandIn
@@ -70,3 +72,14 @@ def refused(call, kind: type[RigError], *says: str) -> bool:
     for part in says:
         assert part in text
     return True
+
+
+def slow_to_open(monkeypatch: pytest.MonkeyPatch, seconds: float = 0.02) -> None:
+    """Every new session takes that long, as over a network."""
+    open_at_once = vendor_library
+
+    def slowly() -> object:
+        time.sleep(seconds)
+        return open_at_once()
+
+    monkeypatch.setattr("nifpga.session._NiFpga", slowly)

@@ -12,6 +12,7 @@ from pathlib import Path
 import pytest
 from support.rigs.myrio_lab import FPGA_BUSY, RPC_SESSION, Lab, lab_with, refused
 
+from drivers.myrio.session import vendor_library
 from drivers.myrio.settings import MyRioSettings
 from hil.emulators.nifpga.bitfile import numbered, personality, write_bitfile
 from hil.emulators.nifpga.library import build
@@ -111,6 +112,7 @@ def test_a_library_that_answers_nonsense_is_one_line(lab: Lab) -> None:
 
 def test_a_library_that_cannot_be_loaded_is_one_line(lab: Lab, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Cut short, or made for another machine: it ended in the system's words, or in a traceback of the loop."""
+    vendor_library.cache_clear()
     (tmp_path / "libNiFpga.so").write_bytes(b"\x7fELF")
     monkeypatch.setattr(ctypes.util, "find_library", lambda _: str(tmp_path / "libNiFpga.so"))
     assert refused(lab.device().open, DeviceLost, "libNiFpga.so cannot be loaded: ", "file too short; install NI-RIO")

@@ -11,7 +11,15 @@ from itertools import takewhile
 from pathlib import Path
 
 import pytest
-from support.rigs.myrio_lab import COMMUNICATION_TIMEOUT, FPGA_BUSY, INVALID_SESSION, Lab, lab_with, refused
+from support.rigs.myrio_lab import (
+    COMMUNICATION_TIMEOUT,
+    FPGA_BUSY,
+    INVALID_SESSION,
+    Lab,
+    lab_with,
+    refused,
+    slow_to_open,
+)
 
 from drivers.myrio.settings import AngleInput, FurtherInput, PressureLine
 from drivers.signals import SignalRange
@@ -220,7 +228,8 @@ def test_a_stall_past_the_period_is_an_error_not_an_old_value(lab: Lab) -> None:
     device.close()
 
 
-def test_safe_gets_through_a_new_session_when_the_old_one_is_lost(lab: Lab) -> None:
+def test_safe_gets_through_a_new_session_when_the_old_one_is_lost(lab: Lab, monkeypatch: pytest.MonkeyPatch) -> None:
+    slow_to_open(monkeypatch)
     device = lab.device()
     device.open()
     device.write(0.4, 0.05)
@@ -242,8 +251,9 @@ def asked_to_be_safe(device: Device) -> Iterator[str]:
             yield str(error)
 
 
-def test_safe_never_keeps_a_ticking_loop_waiting(lab: Lab) -> None:
+def test_safe_never_keeps_a_ticking_loop_waiting(lab: Lab, monkeypatch: pytest.MonkeyPatch) -> None:
     """Each call returns within the period; one of them finds that the new session has done it."""
+    slow_to_open(monkeypatch)
     device = lab.device()
     device.open()
     device.write(0.4, 0.05)

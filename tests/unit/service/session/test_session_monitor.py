@@ -231,3 +231,76 @@ def asked_meanwhile(device: SimpleNamespace) -> bool:
 
 def no_answer(*_: object, **__: object) -> None:
     raise DeviceError("no answer")
+
+
+class Away:
+    """A device that takes the safe state once it is back; and the parts of a rig that hangs on it."""
+
+    def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        self.back, self.asked = False, 0
+        monkeypatch.setattr("rig.service.session.session_monitor.Session", no_answer)
+        monkeypatch.setattr("rig.service.session.session_monitor.ESTOP_PATIENCE_S", 0.05)
+        path = SecondPath(self.safe, lambda: True)
+        self.parts = replace(
+            parts_of(load(None)), watching=Watching(cast(Any, None), (), lambda: path), driver=lambda: ""
+        )
+
+    def safe(self) -> None:
+        self.asked += 1
+        if not self.back:
+            raise DeviceError("no answer")
+
+
+def test_a_device_that_could_never_be_opened_is_called_unknown_and_left_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+    """It was "nobody has reported the safe state yet", as of a rig for which somebody tries."""
+    device = Away(monkeypatch)
+    monitor = SessionMonitor(device.parts)
+    monitor.open()
+    assert monitor.safe is not None
+    assert (monitor.safe.outcome, monitor.safe.safe) == (Outcome.UNOPENED, False)
+    assert monitor.safe.words.startswith("NOT SAFE as far as is known: the device could not be opened")
+    assert "nobody writes to it before a reset" in monitor.safe.words
+    assert not asked_meanwhile(cast(Any, device))
+    assert "was not open" in monitor.close()
+
+
+def test_an_emergency_stop_of_a_device_that_could_not_be_opened_is_tried_on(monkeypatch: pytest.MonkeyPatch) -> None:
+    """It was refused after three seconds, and old set-points stood when the device was back."""
+    device = Away(monkeypatch)
+    monitor = SessionMonitor(device.parts)
+    monitor.open()
+    for _ in range(2):
+        with pytest.raises(
+            Refused, match=r"not carried out: there is no loop, and no answer; .*The safe state is written as soon as"
+        ):
+            asyncio.run(monitor.estop())
+    assert monitor.safe is not None
+    assert monitor.safe.outcome is Outcome.FAILED
+    asked = device.asked
+    assert soon(lambda: device.asked > asked)
+    monitor.reopen(monitor.estops)
+    asked = device.asked
+    assert soon(lambda: device.asked > asked), "a reset in vain leaves somebody who tries"
+    device.back = True
+    assert soon(lambda: monitor.safe is not None and monitor.safe.outcome is Outcome.SEEN)
+    assert not asked_meanwhile(cast(Any, device))
+    assert monitor.close() == "safe state written by the commanding process, seen at the device"
+
+
+def test_a_safe_state_that_was_seen_is_doubted_once_the_device_does_not_open(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A device that was lost, made safe when it was back, and switched off after that stayed "seen at the device"
+    beside a reset that did not find it; what stood there when it was back was nobody's business."""
+    device = Away(monkeypatch)
+    monitor = SessionMonitor(device.parts)
+    seen = SafeReport(Writer.LOOP, outcome=Outcome.SEEN, written_ns=1, confirmed_ns=1)
+    monitor.session = cast(
+        Any,
+        SimpleNamespace(watch=None, loop_alive=False, close=lambda _: [], safe=seen, ticked=True, left="", ring=None),
+    )
+    monitor.reopen(0)
+    assert monitor.safe is not None
+    assert not monitor.safe.safe
+    assert soon(lambda: device.asked > 2)
+    device.back = True
+    assert soon(lambda: monitor.safe is not None and monitor.safe.outcome is Outcome.SEEN)
+    monitor.close()
