@@ -290,10 +290,15 @@ def create(path: Path) -> int | None:
         if _is_at(descriptor, path):
             break
         os.close(descriptor)  # removed between open and lock
-    os.fchmod(descriptor, _SEEN_BY_ALL)  # past the umask
-    os.ftruncate(descriptor, 0)
-    os.ftruncate(descriptor, _SIZE)
-    os.pwrite(descriptor, struct.pack(f"<8s{_SERVED_AT - 8}xQ", _MAGIC, os.getpid()), 0)
+    try:
+        os.fchmod(descriptor, _SEEN_BY_ALL)  # past the umask
+        os.ftruncate(descriptor, 0)
+        os.posix_fallocate(descriptor, 0, _SIZE)  # memory that is not there kills whoever writes to it
+        os.pwrite(descriptor, struct.pack(f"<8s{_SERVED_AT - 8}xQ", _MAGIC, os.getpid()), 0)
+    except OSError as error:
+        path.unlink(missing_ok=True)
+        os.close(descriptor)
+        raise DeviceLost(f"{path}: the mailbox of an I/O process cannot be made: {error.strerror}") from None
     return descriptor
 
 

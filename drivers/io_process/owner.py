@@ -90,22 +90,33 @@ class IoProcess:
         descriptor = create(self._path)
         if descriptor is None:
             raise DeviceLost(f"{self.resource}: in use by another I/O process; stop the other pamrig first")
+        try:
+            try:
+                self._process = self._spawned(job, descriptor)
+            finally:
+                os.close(descriptor)  # the child holds the lock now
+        except OSError as error:  # no descriptor, process or memory to be had
+            self.stop()
+            raise DeviceLost(f"{self.resource}: its I/O process cannot be started: {error.strerror}") from None
+        assert self._mailbox is not None
+        assert self._wake is not None
+        self._mailbox.served_by(self._process.pid, self._hang_ns)
+        os.set_blocking(self._wake, False)
+
+    def _spawned(self, job: WorkerSetup, descriptor: int) -> "subprocess.Popen[bytes]":
         its_end, self._wake = os.pipe2(os.O_CLOEXEC)
         try:
             self._mailbox = mapped(self._path)
             self._mode, self._seen_errors = OutputsMode.NONE, 0
             self._began_ns, self._silence = time.monotonic_ns(), Silence(self._hang_ns)
             os.write(self._wake, json.dumps(job._asdict()).encode() + b"\n")  # before: it needs nobody any more then
-            self._process = subprocess.Popen(
+            return subprocess.Popen(
                 [sys.executable, "-P", "-m", "drivers.io_process", str(descriptor)],
                 stdin=its_end, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, pass_fds=[descriptor],
                 env={**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))}, start_new_session=True,
             )  # fmt: skip
         finally:
-            os.close(descriptor)  # the child holds the lock now
             os.close(its_end)
-        self._mailbox.served_by(self._process.pid, self._hang_ns)
-        os.set_blocking(self._wake, False)
 
     def await_start(self) -> Mapping[str, str]:
         """Wait until a process that was begun has the wire; its facts. DeviceLost says in one line why not."""

@@ -39,7 +39,7 @@ for the whole next one when it wakes late."""
 ABOVE_THE_LOOP: Final = 5
 _MOST_PRIORITY: Final = 99
 _LOOKS_NS: Final = 2_000_000_000
-"""A supervisor that tries beats between two attempts."""
+"""Who tries beats between two attempts."""
 
 
 def patience_periods(rig: RigConfig) -> int:
@@ -79,7 +79,8 @@ def watcher_process(setup: WatcherSetup, pipe: Connection) -> None:
 
 
 class GoesOnAlone:
-    """Whether a watcher tries on although its time is over: where nobody commands any more who would do so."""
+    """Whether a watcher tries on although its time is over: where nobody commands any more who would do so, be he gone
+    or stopped."""
 
     def __init__(self, rig: RigConfig, block: SafeBlock, writer: Writer) -> None:
         self._block, self._writer, self._driver = block, writer, driver_of(rig)
@@ -88,16 +89,23 @@ class GoesOnAlone:
         """It does so since then."""
 
     def __call__(self) -> bool:
-        if os.getppid() == self._commander or self._driver():
+        if self._commander_tries() or self._driver():
             return False
         if not self.since_s:
             self.since_s = time.monotonic()
             if self._writer is Writer.SUPERVISOR or not self._supervisor_looks():
-                _print(f"the process that held the rig is gone; {TRIED_ON}")
+                _print(f"the process that held the rig is gone, or does not move; {TRIED_ON}")
         return time.monotonic() - self.since_s < ALONE_S
 
+    def _commander_tries(self) -> bool:
+        """By what he does: one that was stopped is there, and does nothing."""
+        return os.getppid() == self._commander and self._moves(Writer.CONTROL)
+
     def _supervisor_looks(self) -> bool:
-        return time.monotonic_ns() - self._block.beat_ns(Writer.SUPERVISOR) < _LOOKS_NS
+        return self._moves(Writer.SUPERVISOR)
+
+    def _moves(self, writer: Writer) -> bool:
+        return time.monotonic_ns() - self._block.beat_ns(writer) < _LOOKS_NS
 
 
 def _supervisor(

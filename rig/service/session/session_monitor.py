@@ -311,7 +311,9 @@ class SessionMonitor:
             if time.monotonic() > deadline:
                 if report.safe:
                     break
-                raise Refused(Code.REFUSED, f"emergency stop not carried out: {watch.safe.words}; {BY_HAND}")
+                known = watch.safe
+                before = "nobody could write the safe state anew; known from before: " if known.safe else ""
+                raise Refused(Code.REFUSED, f"emergency stop not carried out: {before}{known.words}; {BY_HAND}")
             watch.follow_up()
             await asyncio.sleep(_ANSWER_POLL_S)
         await self._see_the_stop()

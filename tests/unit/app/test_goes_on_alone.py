@@ -1,6 +1,7 @@
 """A watcher whose commanding process is gone, and whose device is away."""
 
 import os
+import time
 from collections.abc import Iterator
 
 import pytest
@@ -22,7 +23,20 @@ def block(name: str) -> Iterator[SafeBlock]:
 
 
 def test_while_somebody_commands_it_is_he_who_tries_on(block: SafeBlock) -> None:
+    block.beat(Writer.CONTROL)
     assert not GoesOnAlone(compose.load(None), block, Writer.SUPERVISOR)()
+
+
+def test_one_that_is_stopped_tries_nothing(block: SafeBlock, monkeypatch: pytest.MonkeyPatch) -> None:
+    """He is there, so that both watchers gave up after ten seconds; what the device held when it was back stayed until
+    somebody let him go on."""
+    alone = GoesOnAlone(compose.load(None), block, Writer.SUPERVISOR)
+    block.beat(Writer.CONTROL)
+    stopped_ns = time.monotonic_ns() + 3_000_000_000
+    monkeypatch.setattr("time.monotonic_ns", lambda: stopped_ns)
+    assert alone()
+    block.beat(Writer.CONTROL)  # he goes on
+    assert not alone()
 
 
 @pytest.mark.parametrize(("writer", "speaks"), [(Writer.SUPERVISOR, True), (Writer.GUARDIAN, False)])
@@ -35,7 +49,7 @@ def test_without_him_a_watcher_does_for_as_long_as_a_command_would(
     assert alone()
     assert alone()
     said = capsys.readouterr().err
-    assert said.count("the process that held the rig is gone; NOT SAFE as far as is known") == speaks
+    assert said.count("the process that held the rig is gone, or does not move; NOT SAFE as far as is known") == speaks
     began_s = alone.since_s
     monkeypatch.setattr("time.monotonic", lambda: began_s + ALONE_S + 1.0)
     assert not alone()

@@ -304,3 +304,16 @@ def test_a_safe_state_that_was_seen_is_doubted_once_the_device_does_not_open(mon
     device.back = True
     assert soon(lambda: monitor.safe is not None and monitor.safe.outcome is Outcome.SEEN)
     monitor.close()
+
+
+def test_an_emergency_stop_that_nobody_carried_out_is_not_told_by_what_was_seen_before_it(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """It was "not carried out: safe state written by the guardian, seen at the device"."""
+    monkeypatch.setattr("rig.service.session.session_monitor.ESTOP_PATIENCE_S", 0.02)
+    seen = SafeReport(Writer.GUARDIAN, outcome=Outcome.SEEN, written_ns=1, confirmed_ns=1)
+    watch = SimpleNamespace(answer=SafeReport(), safe=seen, demand=lambda _: None, follow_up=lambda: None)
+    monitor = SessionMonitor(parts_of(load(None)))
+    monitor.session = cast(Any, SimpleNamespace(watch=watch, loop_alive=False))
+    with pytest.raises(Refused, match="nobody could write the safe state anew; known from before: safe state written"):
+        asyncio.run(monitor.estop())
