@@ -3,6 +3,7 @@
 No call but `start` and `stop` waits for a wire. A process that is not the owner reaches the same wire by alarm.py.
 """
 
+import contextlib
 import json
 import os
 import subprocess
@@ -91,10 +92,7 @@ class IoProcess:
         if descriptor is None:
             raise DeviceLost(f"{self.resource}: in use by another I/O process; stop the other pamrig first")
         try:
-            try:
-                self._process = self._spawned(job, descriptor)
-            finally:
-                os.close(descriptor)  # the child holds the lock now
+            self._process = self._spawned(job, descriptor)
         except OSError as error:  # no descriptor, process or memory to be had
             self.stop()
             raise DeviceLost(f"{self.resource}: its I/O process cannot be started: {error.strerror}") from None
@@ -104,8 +102,10 @@ class IoProcess:
         os.set_blocking(self._wake, False)
 
     def _spawned(self, job: WorkerSetup, descriptor: int) -> "subprocess.Popen[bytes]":
-        its_end, self._wake = os.pipe2(os.O_CLOEXEC)
-        try:
+        with contextlib.ExitStack() as ours:
+            ours.callback(os.close, descriptor)  # the child holds the lock then
+            its_end, self._wake = os.pipe2(os.O_CLOEXEC)
+            ours.callback(os.close, its_end)
             self._mailbox = mapped(self._path)
             self._mode, self._seen_errors = OutputsMode.NONE, 0
             self._began_ns, self._silence = time.monotonic_ns(), Silence(self._hang_ns)
@@ -115,8 +115,6 @@ class IoProcess:
                 stdin=its_end, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, pass_fds=[descriptor],
                 env={**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))}, start_new_session=True,
             )  # fmt: skip
-        finally:
-            os.close(its_end)
 
     def await_start(self) -> Mapping[str, str]:
         """Wait until a process that was begun has the wire; its facts. DeviceLost says in one line why not."""

@@ -13,6 +13,7 @@ from typing import Any
 
 from rig.gap.settings import Prior
 from rig.model.effect_stages import EFFECT_STAGES, WHOLE_SESSION, goes_on
+from rig.model.effect_stages.valve import LAMINAR_MPA_S
 from rig.model.slots import AHEAD
 from rig.plugins import EFFECTS, Registered
 
@@ -214,7 +215,7 @@ _LIBRARY: tuple[Effect, ...] = (
         *_winding(Law("valve_slew", ("fill_mpa_s",), (0.95, 0.85, 0.7, 0.5, 0.3), "rate_mpa_s")),
         *_winding(Law("valve_slew", ("exhaust_mpa_s",), (10.0, 4.0, 2.0, 1.0, 0.5), "rate_mpa_s", shapes=({"soft": 1.0},))),
         *_winding(Law("valve_slew", ("fill_mpa_s",), (10.0, 4.0, 2.0, 1.0, 0.5), "rate_mpa_s", shapes=({"soft": 1.0},))),
-        Law("one_way_line", ("tau_s",), TIMES, shapes=tuple({"fill_share": fill, "turbulent_mpa_s": flow} for fill in (0.0, 1.0) for flow in (1000.0, 0.3))),
+        Law("one_way_line", ("tau_s",), TIMES, shapes=tuple({"fill_share": fill, "turbulent_mpa_s": flow} for fill in (0.0, 1.0) for flow in (LAMINAR_MPA_S, 0.3))),
     ), "pressures late in one direction only, so their mean moves with speed", "one_way", "one_way"),
     Effect("valve_dead_band", (
         Law("valve_dead_band", ("width_mpa",), FAR, "swing_mpa", shapes=({"edge": 1.0},)),

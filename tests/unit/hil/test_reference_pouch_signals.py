@@ -6,7 +6,7 @@ import pytest
 from hil.reference.excitations import Excitation
 from hil.reference.families import disturbance, family, run, unit
 from hil.reference.pouch.disturbance import HEALTHY, ReadingLaw, TimingLaw
-from hil.reference.pouch.physics import Physics, draw_session, draw_unit
+from hil.reference.pouch.physics import Physics
 from hil.reference.pouch.sensing import (
     CODE_DEG,
     SWINGS_MPA,
@@ -151,31 +151,6 @@ def test_monitors_count_whole_swings_and_lose_none():
     assert 0.0003 < np.std(ramp - read) < 0.0008
     off = monitor_reading(np.full(40_000, 0.2), 0.001, 1.01, PERIOD_S, np.random.default_rng(4)) - 0.2
     assert np.mean(off) == pytest.approx(0.003, abs=5e-5)
-
-
-def test_units_and_days_come_from_their_seeds_and_a_day_moves_many_things_a_little():
-    rig, again = unit("pouch", 11), unit("pouch", 11)
-    assert rig.physics == again.physics
-    first, second = (run(SHORT, one, one.session(4, 0.01)) for one in (rig, again))
-    assert all(np.array_equal(first[name], second[name]) for name in first)
-    other = unit("pouch", 12).physics
-    assert np.mean([a != b for a, b in zip(other, rig.physics, strict=True)]) > 0.9
-    moved = draw_session(rig.physics, 0.01, np.random.default_rng(6)).physics
-    ratios = np.array([now / was for name, now, was in zip(moved._fields, moved, rig.physics, strict=True)
-                       if not name.startswith("zero")])  # fmt: skip
-    assert np.sum(ratios != 1.0) > 15
-    assert np.abs(np.log(ratios)).max() < 0.25
-
-
-def test_units_differ_by_their_spread_and_days_by_their_drift():
-    units = [draw_unit(np.random.default_rng(k)) for k in range(200)]
-    for name, spread in (("film_n_m", 0.06), ("crease_nm", 0.3), ("gain_per_s", 0.05)):
-        assert np.std([np.log(getattr(one, name)) for one in units]) == pytest.approx(spread, rel=0.25)
-    for drift in (0.004, 0.016):
-        days = [draw_session(Physics(), drift, np.random.default_rng(k)) for k in range(300)]
-        assert np.std([np.log(day.physics.delayed) for day in days]) == pytest.approx(1.97 * drift, rel=0.25)
-        zeros = np.std([day.monitor_bias_1_mpa for day in days])
-        assert zeros == pytest.approx(0.00054 * (drift / 0.004) ** 0.5, rel=0.2)
 
 
 @pytest.fixture(scope="module")
