@@ -90,11 +90,19 @@ class HelperProcess:
     async def asked(self, request: tuple[Any, ...], exchange: Callable[[tuple[Any, ...]], T]) -> T:
         """What `exchange`, which calls `ask`, makes of a request, on a thread. Who is cancelled takes the process with
         him: nobody else is to wait for what he asked, or to get his answer."""
+        exchanged = asyncio.ensure_future(aside(lambda: exchange(request)))
         try:
-            return await aside(lambda: exchange(request))
+            return await asyncio.shield(exchanged)
         except asyncio.CancelledError:
-            await _to_its_end(asyncio.ensure_future(aside(self.end)))
+            await _to_its_end(asyncio.ensure_future(self._given_up(exchanged)))
             raise
+
+    async def _given_up(self, exchanged: "asyncio.Future[Any]") -> None:
+        """End the process until nobody waits for it any more: a thread that was slow to begin may start another."""
+        while not exchanged.done():
+            await aside(self.end)
+            await asyncio.wait({exchanged}, timeout=_LOOK_S)
+        exchanged.exception()  # that it was ended is told to nobody
 
     def end(self) -> None:
         """End the process, whatever it is doing; the next request gets another. A thread that waits for it sees its end

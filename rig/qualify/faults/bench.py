@@ -227,7 +227,7 @@ class FaultBench:
         """Disarmed, with nothing in the queue and no fault, whatever stood before; with all its processes."""
         self._there()
         with self.client() as client:
-            self.wait(lambda: self._is_disarmed(client), "the rig to be disarmed")
+            self.wait(lambda: self._is_disarmed(client) and self._finished(client), "the rig to be disarmed")
             client.clear()
 
     def _there(self) -> None:
@@ -257,11 +257,16 @@ class FaultBench:
                     client.arm()
             client.clear()
             if client.status()["state"] != "running":
+                self.wait(lambda: self._finished(client), "the record before to be finished")
                 try:
                     client.start(self.sweep)
                 except RigError as error:
                     raise Spoilt(str(error)) from None
             self.wait(lambda: self._sweeping(client), "the sweep")
+
+    def _finished(self, client: Client) -> bool:
+        """Nothing of what was stopped is still being written: until then a start is refused, for it is not over."""
+        return all(job["state"] != "running" for job in client.status()["queue"])
 
     def _reset(self, client: Client) -> None:
         deadline = time.monotonic() + _PATIENCE_S

@@ -164,7 +164,10 @@ class QueueRunner:
 
     async def _planned(self, asked: Coroutine[Any, Any, T]) -> T:
         """What the planner answers, which may take minutes; _Held as soon as nothing is to be begun any more, for a
-        reset waits for us."""
+        reset waits for us, and already when a stop came before it was asked."""
+        if self._held:
+            asked.close()
+            raise _Held
         self._planning = task = asyncio.ensure_future(asked)
         try:
             return await task

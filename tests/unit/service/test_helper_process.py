@@ -1,9 +1,12 @@
 """A process for what may be large, slow or a trap: what becomes of it where the machine allows little."""
 
+import asyncio
 import errno
 import os
 import resource
 import signal
+import threading
+import time
 from multiprocessing.connection import Connection
 
 import pytest
@@ -46,6 +49,39 @@ def test_one_that_somebody_has_stopped_is_replaced() -> None:
         assert helper.ask((), 60.0) != first
         with pytest.raises(ProcessLookupError):
             os.kill(first, 0)
+    finally:
+        helper.close()
+
+
+def serve_slowly(pipe: Connection) -> None:
+    """Entry of one that answers when it is too late."""
+    serve_requests(pipe, time.sleep, 2 * GB)
+
+
+def test_who_is_cancelled_before_his_thread_has_begun_leaves_no_request_behind() -> None:
+    """His thread started a process for nobody, whose answer the next request waited for, or took for its own."""
+    helper = HelperProcess(serve_slowly, (), "pamrig-test")
+    begin, over = threading.Event(), threading.Event()
+
+    def exchange(request: tuple[float]) -> None:
+        assert begin.wait(30.0)
+        try:
+            helper.ask(request, 60.0)
+        finally:
+            over.set()
+
+    async def cancel() -> None:
+        asked = asyncio.ensure_future(helper.asked((60.0,), exchange))
+        await asyncio.sleep(0)
+        asked.cancel()
+        asyncio.get_running_loop().call_later(0.05, begin.set)
+        with pytest.raises(asyncio.CancelledError):
+            await asyncio.wait_for(asked, 30.0)
+
+    try:
+        asyncio.run(cancel())
+        assert over.is_set()
+        assert helper.process is None
     finally:
         helper.close()
 

@@ -222,6 +222,38 @@ def test_a_stop_does_not_wait_for_a_sweep_that_is_expanded(tmp_path: Path, slow:
     assert not program_path(0x7357, 1).exists()
 
 
+def test_a_stop_before_the_planner_is_asked_waits_for_no_planner(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It came while the job was written down, and the job stood as running until a fresh planner had come up: for
+    seconds every start was refused by what was left of the queue."""
+    keeping, kept = threading.Event(), threading.Event()
+    save = Queue.save
+
+    def keep_slowly(queue: Queue) -> None:
+        if any(job.state is JobState.RUNNING for job in queue.jobs):
+            keeping.set()
+            assert kept.wait(30.0)
+        save(queue)
+
+    monkeypatch.setattr(Queue, "save", keep_slowly)
+
+    async def stop() -> tuple[Job, bool]:
+        planner = SlowPlanner("open")
+        work, job, task = begun_with(planner, tmp_path)
+        while not keeping.is_set():
+            await asyncio.sleep(0.001)
+        work.hold()
+        kept.set()
+        await asyncio.wait_for(work.idle(), 10.0)
+        task.cancel()
+        return job, planner.asked.is_set()
+
+    job, asked = asyncio.run(stop())
+    assert job.state is JobState.STOPPED
+    assert not asked
+
+
 def test_the_end_of_the_daemon_does_not_wait_for_it_either(tmp_path: Path) -> None:
     async def end() -> None:
         planner = SlowPlanner("open")
