@@ -48,26 +48,32 @@ IN_TIME = Lateness(0.0)
 def delayed(column: Column, late: Lateness, dt_s: float) -> Column:
     """(n,) the column later by so much; between rows by the cubic through the nearest four (Lagrange), before its start
     at its first value, beyond its end, where it comes sooner, on by its last slope."""
-    out = np.empty(len(column))
-    _shift(column, late.start_s / dt_s, late.growth, out)
+    out: Column = all_delayed(column[np.newaxis], late, dt_s)[0]
+    return out
+
+
+def all_delayed(columns: Column, late: Lateness, dt_s: float) -> Column:
+    """(m, n) columns later by so much, each as in `delayed`."""
+    out = np.empty(columns.shape)
+    _shift(columns, late.start_s / dt_s, late.growth, out)
     return out
 
 
 def displaced(moved: Column, usual: Column, dt_s: float) -> Lateness:
     """By what time a column (n,) follows another, as far as it is that one at another time, and off by a constant:
     least squares, by Gauss and Newton."""
-    moved, usual = np.ascontiguousarray(moved), np.ascontiguousarray(usual)
+    moved, usual = np.ascontiguousarray(moved), np.ascontiguousarray(usual)[np.newaxis]
     return Lateness(*_follows(moved, usual, np.empty_like(usual), dt_s))
 
 
-def follows(moved: Values, usual: Values, at: Values, dt_s: float) -> tuple[float, float]:
-    """Where a `Lateness` starts, s, and its growth; `at` is overwritten."""
-    most, rows = MOST_LATE_S / dt_s, len(usual)
+def follows(moved: Values, usual: Any, at: Any, dt_s: float) -> tuple[float, float]:
+    """Where a `Lateness` starts, s, and its growth; `usual` and `at`, which is overwritten, are (1, n)."""
+    most, rows = MOST_LATE_S / dt_s, len(moved)
     start, growth = 0.0, 0.0
     for step in range(STEPS):
         if step > 0:
             shift(usual, start * dt_s / dt_s, growth, at)
-        further = rows_behind(moved, at if step > 0 else usual)
+        further = rows_behind(moved, at[0] if step > 0 else usual[0])
         start = min(max(start + further[0], -most), most)
         growth = min(max(growth + further[1], (-most - start) / rows), (most - start) / rows)
     return start * dt_s, growth
@@ -86,28 +92,31 @@ def weigh(rows: float, growth: float, first: int, count: int, whole: Any, weight
         weights[3, j] = (s - 1.0) * s * (s + 1.0) / 6.0
 
 
-def shift(column: Values, rows: float, growth: float, out: Values) -> None:
-    """`out` becomes the column, so many rows later, and by `growth` more at each row."""
-    last = len(column) - 1
+def shift(columns: Any, rows: float, growth: float, out: Any) -> None:
+    """`out` becomes the columns (m, n), so many rows later, and by `growth` more at each row."""
+    last = columns.shape[1] - 1
     back = min(END_ROWS, last)
-    slope = (column[last] - column[last - back]) / max(back, 1)
-    whole: Any = np.empty(BLOCK)
-    weights = np.empty((4, BLOCK))
-    for first in range(0, len(column), BLOCK):
-        count = min(BLOCK, len(column) - first)
+    whole, weights = np.empty(BLOCK), np.empty((4, BLOCK))
+    for first in range(0, last + 1, BLOCK):
+        count = min(BLOCK, last + 1 - first)
         weigh(rows, growth, first, count, whole, weights)
-        for j in range(count):
-            i = first + j
-            k = i - int(whole[j])
-            if 2 <= k < last:
-                ahead, here, before, behind = column[k + 1], column[k], column[k - 1], column[k - 2]
-            elif i - (rows + growth * i) > last:
-                out[i] = column[last] + (i - (rows + growth * i) - last) * slope
-                continue
-            else:
-                ahead, here = column[min(max(k + 1, 0), last)], column[min(max(k, 0), last)]
-                before, behind = column[min(max(k - 1, 0), last)], column[min(max(k - 2, 0), last)]
-            out[i] = weights[0, j] * ahead - weights[1, j] * here + weights[2, j] * before - weights[3, j] * behind
+        for m in range(len(columns)):
+            column = columns[m]
+            for j in range(count):
+                i = first + j
+                k = i - int(whole[j])
+                if 2 <= k < last:
+                    ahead, here, before, behind = column[k + 1], column[k], column[k - 1], column[k - 2]
+                elif i - (rows + growth * i) > last:
+                    slope = (column[last] - column[last - back]) / max(back, 1)
+                    out[m, i] = column[last] + (i - (rows + growth * i) - last) * slope
+                    continue
+                else:
+                    ahead, here = column[min(max(k + 1, 0), last)], column[min(max(k, 0), last)]
+                    before, behind = column[min(max(k - 1, 0), last)], column[min(max(k - 2, 0), last)]
+                out[m, i] = (
+                    weights[0, j] * ahead - weights[1, j] * here + weights[2, j] * before - weights[3, j] * behind
+                )
 
 
 def rows_behind(moved: Values, usual: Values) -> tuple[float, float]:
