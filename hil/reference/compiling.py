@@ -15,5 +15,6 @@ F = TypeVar("F", bound=Callable[..., Any])
 
 
 def compiled(function: F) -> F:
-    """Compile at the first call and keep the result on the disk: `rig.model.compiled.machine_code`."""
-    return kernel(error_model="numpy")(function)
+    """Compile at the first call and keep the result on the disk: `rig.model.compiled.machine_code`. What it calls is
+    inlined, as in a stage: a rig's numbers, some fifty, are handed on at each call (docs/decisions/0747)."""
+    return kernel(error_model="numpy", forceinline=True)(function)

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from rig.gap.records.pairs import Pair
 from rig.gap.response.causes import Ready, named
-from rig.gap.response.lateness import IN_TIME, Lateness, delayed, displaced
+from rig.gap.response.lateness import IN_TIME, Lateness, all_delayed, delayed, displaced
 from rig.gap.response.nominal import Reference
 from rig.gap.response.quiet import without_noise
 from rig.model.compiled.machine_code import kernel
@@ -40,6 +40,15 @@ class RecordContext:
     propagated: Column
     quiet: tuple[Column, Column]
     """The reference's pressures without the noise of their monitors: what changes a measured pressure changes these."""
+
+    @cached_property
+    def every(self) -> Column:
+        """(10, n) all its columns."""
+        pair, reference = self.pair, self.reference
+        return np.stack((
+            pair.u1_mpa, pair.u2_mpa, reference.p1_mpa, reference.p2_mpa, reference.angle_deg, *self.regulated,
+            self.propagated, *self.quiet,
+        ))  # fmt: skip
 
 
 class Driven(NamedTuple):
@@ -274,18 +283,9 @@ def later(context: RecordContext, late: Lateness) -> RecordContext:
     """Everything in it later by so much."""
     if late == IN_TIME:
         return context
-
-    def moved(column: Column) -> Column:
-        return delayed(column, late, context.pair.dt_s)
-
-    pair, reference = context.pair, context.reference
-    return replace(
-        context,
-        pair=replace(pair, u1_mpa=moved(pair.u1_mpa), u2_mpa=moved(pair.u2_mpa)),
-        reference=Reference(moved(reference.p1_mpa), moved(reference.p2_mpa), moved(reference.angle_deg)),
-        regulated=(moved(context.regulated[0]), moved(context.regulated[1])),
-        propagated=moved(context.propagated),
-        quiet=(moved(context.quiet[0]), moved(context.quiet[1])),
+    u1, u2, p1, p2, angle, q1, q2, propagated, quiet_1, quiet_2 = all_delayed(context.every, late, context.pair.dt_s)
+    return RecordContext(
+        replace(context.pair, u1_mpa=u1, u2_mpa=u2), Reference(p1, p2, angle), (q1, q2), propagated, (quiet_1, quiet_2)
     )
 
 

@@ -20,6 +20,10 @@ STEP_S = 0.01
 """Longest step of the laws, s. A step takes its input as it is at its end, and so answers half a step early; rows that
 are farther apart are gone between in as many steps as that takes, straight from one to the next."""
 _factor = compiled(mean_pressure_factor)
+Lags = tuple[float, float, float, float, float, float]
+"""The bank's low-passes."""
+Plays = tuple[float, float, float, float, float]
+"""Its plays."""
 
 
 @kernel(nogil=True)
@@ -54,44 +58,68 @@ def regulated(u: Column, dead_s: float, fill_s: float, exhaust_s: float, dt_s: f
 
 
 @kernel(nogil=True)
-def _bank(d: float, first: bool, keep: Column, row: Column) -> None:  # pragma: no cover
-    """The bank one step later under the drive d: `row` (RESPONSE_TERMS,) holds its terms, which are its state as
-    well."""
-    if first:
-        row[4:10] = d
-        row[12:] = d
-    row[0], row[1], row[2], row[3] = 1.0, d, d * d, d * d * d
-    for j in range(6):
-        row[4 + j] += keep[j] * (d - row[4 + j])
-    slow = row[5]
-    row[10], row[11] = slow * slow, slow * slow * slow
-    for j in range(5):
-        row[12 + j] = min(max(row[12 + j], slow - PLAYS_MPA[j]), slow + PLAYS_MPA[j])
-
-
-@kernel(nogil=True)
-def _keeps(dt_s: float) -> Column:  # pragma: no cover
+def _keeps(dt_s: float) -> Lags:  # pragma: no cover
     """The bank's low-passes for one step."""
-    keep = np.empty(6)
-    for j in range(6):
-        keep[j] = 1.0 - exp(-dt_s / _steps(dt_s) / LAGS_S[j])
-    return keep
+    step_s = dt_s / _steps(dt_s)
+    return (
+        1.0 - exp(-step_s / LAGS_S[0]), 1.0 - exp(-step_s / LAGS_S[1]), 1.0 - exp(-step_s / LAGS_S[2]),
+        1.0 - exp(-step_s / LAGS_S[3]), 1.0 - exp(-step_s / LAGS_S[4]), 1.0 - exp(-step_s / LAGS_S[5]),
+    )  # fmt: skip
 
 
 @kernel(nogil=True)
-def _drive(p1: float, p2: float, p0: float, exponent: float) -> float:  # pragma: no cover
-    """The drive of one row."""
-    factor: float = _factor(p1, p2, p0, exponent)
-    return (p1 - p2) * factor
+def _lag(d: float, at: float, keep: float) -> float:  # pragma: no cover
+    return at + keep * (d - at)
 
 
 @kernel(nogil=True)
-def _to_next(last: float, d: float, first: bool, steps: int, keep: Column, row: Column) -> None:  # pragma: no cover
-    """The bank one row later, as the drive goes from `last` to d."""
+def _play(slow: float, at: float, half: float) -> float:  # pragma: no cover
+    return min(max(at, slow - half), slow + half)
+
+
+@kernel(nogil=True)
+def _step(d: float, keep: Lags, lags: Lags, plays: Plays) -> tuple[Lags, Plays]:  # pragma: no cover
+    """The bank's state one step later under the drive d. In tuples it stays in registers: in arrays, each number that
+    is written could be one of those yet to be read, and all of it takes half as long again."""
+    lags = (
+        _lag(d, lags[0], keep[0]), _lag(d, lags[1], keep[1]), _lag(d, lags[2], keep[2]),
+        _lag(d, lags[3], keep[3]), _lag(d, lags[4], keep[4]), _lag(d, lags[5], keep[5]),
+    )  # fmt: skip
+    slow, half = lags[1], PLAYS_MPA
+    plays = (
+        _play(slow, plays[0], half[0]), _play(slow, plays[1], half[1]), _play(slow, plays[2], half[2]),
+        _play(slow, plays[3], half[3]), _play(slow, plays[4], half[4]),
+    )  # fmt: skip
+    return lags, plays
+
+
+@kernel(nogil=True)
+def _to_next(
+    last: float, d: float, steps: int, keep: Lags, lags: Lags, plays: Plays
+) -> tuple[Lags, Plays]:  # pragma: no cover
+    """The bank's state one row later, as the drive goes from `last` to d."""
     for k in range(1, steps):
-        if not first:
-            _bank(last + (d - last) * k / steps, False, keep, row)
-    _bank(d, first, keep, row)
+        lags, plays = _step(last + (d - last) * k / steps, keep, lags, plays)
+    return _step(d, keep, lags, plays)
+
+
+@kernel(nogil=True)
+def _terms(d: float, lags: Lags, plays: Plays, row: Column) -> None:  # pragma: no cover
+    """What the bank shows (RESPONSE_TERMS,) under the drive d in this state."""
+    slow = lags[1]
+    row[0], row[1], row[2], row[3] = 1.0, d, d * d, d * d * d
+    row[4], row[5], row[6], row[7], row[8], row[9] = lags
+    row[10], row[11] = slow * slow, slow * slow * slow
+    row[12], row[13], row[14], row[15], row[16] = plays
+
+
+@kernel(nogil=True)
+def _drives(p1: Column, p2: Column, p0: float, exponent: float) -> Column:  # pragma: no cover
+    """The drive of every row; its power, a call, would have the bank's state put away and read again at each."""
+    out = np.empty(len(p1))
+    for i in range(len(p1)):
+        out[i] = (p1[i] - p2[i]) * _factor(p1[i], p2[i], p0, exponent)
+    return out
 
 
 @kernel(nogil=True)
@@ -99,11 +127,13 @@ def response_terms(
     p1: Column, p2: Column, p0: float, exponent: float, dt_s: float, out: Column
 ) -> None:  # pragma: no cover
     """The bank under the drive of `rig.model.equations.drive`; fills out (n, RESPONSE_TERMS)."""
-    keep, row, steps, last = _keeps(dt_s), np.empty(RESPONSE_TERMS), _steps(dt_s), 0.0
+    keep, steps, drives = _keeps(dt_s), _steps(dt_s), _drives(p1, p2, p0, exponent)
+    last = drives[0]
+    lags, plays = (last, last, last, last, last, last), (last, last, last, last, last)
     for i in range(len(p1)):
-        d = _drive(p1[i], p2[i], p0, exponent)
-        _to_next(last, d, i == 0, steps, keep, row)
-        out[i], last = row, d
+        lags, plays = _to_next(last, drives[i], steps if i > 0 else 1, keep, lags, plays)
+        last = drives[i]
+        _terms(last, lags, plays, out[i])
 
 
 @kernel(nogil=True)
@@ -111,12 +141,14 @@ def propagated(
     p1: Column, p2: Column, p0: float, exponent: float, dt_s: float, weights: Column
 ) -> Column:  # pragma: no cover
     """The angle (n,) of the bank under pressures: `response_terms` times weights, without storing them."""
-    keep, row, steps, last = _keeps(dt_s), np.empty(RESPONSE_TERMS), _steps(dt_s), 0.0
-    out = np.empty(len(p1))
+    keep, steps, row, out = _keeps(dt_s), _steps(dt_s), np.empty(RESPONSE_TERMS), _drives(p1, p2, p0, exponent)
+    last = out[0]
+    lags, plays = (last, last, last, last, last, last), (last, last, last, last, last)
     for i in range(len(p1)):
-        d = _drive(p1[i], p2[i], p0, exponent)
-        _to_next(last, d, i == 0, steps, keep, row)
+        d = out[i]
+        lags, plays = _to_next(last, d, steps if i > 0 else 1, keep, lags, plays)
         last = d
+        _terms(d, lags, plays, row)
         angle = 0.0
         for j in range(RESPONSE_TERMS):
             angle += weights[j] * row[j]
