@@ -72,7 +72,7 @@ def follows(moved: Values, usual: Any, at: Any, dt_s: float) -> tuple[float, flo
     start, growth = 0.0, 0.0
     for step in range(STEPS):
         if step > 0:
-            shift(usual, start * dt_s / dt_s, growth, at)
+            shift(usual, start * dt_s / dt_s, growth, at)  # in seconds and back, to the last bit as `delayed` has it
         further = rows_behind(moved, at[0] if step > 0 else usual[0])
         start = min(max(start + further[0], -most), most)
         growth = min(max(growth + further[1], (-most - start) / rows), (most - start) / rows)

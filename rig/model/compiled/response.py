@@ -68,6 +68,12 @@ def _keeps(dt_s: float) -> Lags:  # pragma: no cover
 
 
 @kernel(nogil=True)
+def _at_rest(d: float) -> tuple[Lags, Plays]:  # pragma: no cover
+    """The bank's state once it has settled under the drive d."""
+    return (d, d, d, d, d, d), (d, d, d, d, d)
+
+
+@kernel(nogil=True)
 def _lag(d: float, at: float, keep: float) -> float:  # pragma: no cover
     return at + keep * (d - at)
 
@@ -129,7 +135,7 @@ def response_terms(
     """The bank under the drive of `rig.model.equations.drive`; fills out (n, RESPONSE_TERMS)."""
     keep, steps, drives = _keeps(dt_s), _steps(dt_s), _drives(p1, p2, p0, exponent)
     last = drives[0]
-    lags, plays = (last, last, last, last, last, last), (last, last, last, last, last)
+    lags, plays = _at_rest(last)
     for i in range(len(p1)):
         lags, plays = _to_next(last, drives[i], steps if i > 0 else 1, keep, lags, plays)
         last = drives[i]
@@ -143,7 +149,7 @@ def propagated(
     """The angle (n,) of the bank under pressures: `response_terms` times weights, without storing them."""
     keep, steps, row, out = _keeps(dt_s), _steps(dt_s), np.empty(RESPONSE_TERMS), _drives(p1, p2, p0, exponent)
     last = out[0]
-    lags, plays = (last, last, last, last, last, last), (last, last, last, last, last)
+    lags, plays = _at_rest(last)
     for i in range(len(p1)):
         d = out[i]
         lags, plays = _to_next(last, d, steps if i > 0 else 1, keep, lags, plays)

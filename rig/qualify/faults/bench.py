@@ -227,7 +227,7 @@ class FaultBench:
         """Disarmed, with nothing in the queue and no fault, whatever stood before; with all its processes."""
         self._there()
         with self.client() as client:
-            self.wait(lambda: self._is_disarmed(client) and self._finished(client), "the rig to be disarmed")
+            self.wait(lambda: self._is_disarmed(client) and self._finished(client), "the rig to be at rest")
             client.clear()
 
     def _there(self) -> None:
