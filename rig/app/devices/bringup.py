@@ -305,9 +305,13 @@ class DeviceTiming:
 
 
 def time_reads(
-    device: Device, period_ns: int, ticks: int, tick_done: Callable[[int], None] = lambda _: None
+    device: Device,
+    period_ns: int,
+    ticks: int,
+    tick_done: Callable[[int], None] = lambda _: None,
+    before_read: Callable[[], None] = lambda: None,
 ) -> DeviceTiming:
-    """Read an open device `ticks` times on the period's grid; nothing is written."""
+    """Read an open device `ticks` times on the period's grid; nothing is written. What `before_read` raises ends it."""
     clock = MonotonicClock()
     took, ages, flags = [], [], Counter[str]()
     failed, last_error, last = 0, "", None
@@ -315,6 +319,7 @@ def time_reads(
     for tick in range(ticks):
         due_ns = max(due_ns + period_ns, clock.now_ns())
         clock.wait_until_ns(due_ns)
+        before_read()
         began_ns = clock.now_ns()
         try:
             last = device.read()

@@ -16,12 +16,40 @@ from rig.realtime.clock import MonotonicClock
 from rig.rig_config import DeviceEntry, RigConfig
 
 WARM_UP_TICKS = 20
+_LOOK_NS: Final = 100_000_000
+"""How often a bystander asks whether the rig is still driven: a fifth of the usual watchdog's time."""
 _MEASURED: Final = ("p1_mpa", "p2_mpa", "angle_deg", "excitation_raw")
 _SEEN = {
     "BROKEN_WIRE": "a monitor reads below its live zero: 0 V on 1-5 V or 0 mA on 4-20 mA is a broken wire, not 0 MPa",
     "SUSPECT": "a value is out of range; for the angle: the potentiometer is open, without excitation, or in its "
     "dead zone",
 }
+
+
+class Bystander:
+    """Looks at a rig for as long as whoever drives it does.
+
+    A device's own watchdog is what makes safe when all processes that drive a rig are lost at once, and each reading
+    feeds it: a bystander who reads on would keep their last set-points on the valves.
+    """
+
+    def __init__(self, wires: Sequence[str], now_ns: Callable[[], int]) -> None:
+        self._wires, self._now_ns = wires, now_ns
+        self._looked_ns, self._driver = now_ns(), wire_locks.who_drives(wires)
+        self.alone = False
+        """Whoever drove the rig has ended."""
+
+    def look(self) -> None:
+        """CheckFailed when nobody drives the rig any more, and somebody did; asked each `_LOOK_NS`."""
+        if (now_ns := self._now_ns()) - self._looked_ns < _LOOK_NS:
+            return
+        before, self._driver, self._looked_ns = self._driver, wire_locks.who_drives(self._wires), now_ns
+        self.alone = bool(before) and not self._driver
+        if self.alone:
+            raise CheckFailed(
+                f"{before} when this began, and now by nobody: reading ended here, for it keeps a device's own "
+                f"watchdog from making the rig safe"
+            )
 
 
 @dataclass(frozen=True)
@@ -81,25 +109,30 @@ class Probe:
 
 def probe(rig: RigConfig, ticks: int, update: Callable[[float, str], None] = lambda *_: None) -> Probe:
     """Open each device by itself, time `ticks` reads, close it. Nothing is written, armed or disarmed: a daemon may be
-    driving the rig."""
+    driving the rig, and when that ends meanwhile, so does the probe."""
     found: list[DeviceAnswer] = []
+    bystander = Bystander(compose.wires_of(rig), MonotonicClock().now_ns)
     for number, entry in enumerate(rig.devices):
 
         def tick_done(done: int, before: int = number * ticks, name: str = entry.name) -> None:
             update(before + done, name)
 
-        found.append(_probe_one(rig, entry, ticks, tick_done))
+        found.append(_probe_one(rig, entry, ticks, tick_done, bystander))
+        if bystander.alone:
+            break
     findings = tuple(line for one in found for line in one.findings)
     return Probe(rig.name, rig.period_ns, tuple(found), findings, tuple(inventory.warnings(rig)))
 
 
-def _probe_one(rig: RigConfig, entry: DeviceEntry, ticks: int, tick_done: Callable[[int], None]) -> DeviceAnswer:
+def _probe_one(
+    rig: RigConfig, entry: DeviceEntry, ticks: int, tick_done: Callable[[int], None], bystander: Bystander
+) -> DeviceAnswer:
     device = compose.make_device(dataclasses.replace(rig, devices=(entry,)), MonotonicClock(), looking=True)
     facts: Mapping[str, Any] = {}
     try:
         facts = dict(device.open())
-        time_reads(device, rig.period_ns, WARM_UP_TICKS)
-        timing = time_reads(device, rig.period_ns, ticks, tick_done)
+        time_reads(device, rig.period_ns, WARM_UP_TICKS, before_read=bystander.look)
+        timing = time_reads(device, rig.period_ns, ticks, tick_done, bystander.look)
     except WatchdogTripped as error:
         driver = wire_locks.who_drives(compose.wires_of(rig))
         line = f"{entry.name}: {_after_a_trip(rig, driver)} ({error})"

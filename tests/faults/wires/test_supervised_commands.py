@@ -16,6 +16,7 @@ from click.testing import CliRunner, Result
 from drivers.modbus_io.settings import ExchangeMode
 from hil.terminals import Terminals
 from rig.app import compose, shipped, wire_locks
+from rig.app.devices import probing
 from rig.cli.commands import cli
 from rig.qualify.faults.bench import RIG, SAFE_MPA, named_children
 from rig.qualify.faults.wired import ModbusFaultBench
@@ -198,3 +199,18 @@ def test_a_tripped_watchdog_of_a_rig_that_somebody_drives_is_his(tripped: Modbus
         done = _probed(tripped, "--step", "--yes")
     assert ": reset it there" in str(done.exception)
     assert tripped.terminals.setpoints == (0.0, 0.0)
+
+
+def test_a_probe_ends_with_whoever_drove_the_rig(tmp_path: Path) -> None:
+    """Each of its readings fed the module's watchdog: the last set-points stayed for as long as it went on."""
+    with ModbusFaultBench(tmp_path) as bench, contextlib.ExitStack() as driving:
+        rig = compose.load(bench.rig)
+        lost = compose.make_device(rig, MonotonicClock(), {"mode": ExchangeMode.SEPARATE})
+        lost.open()
+        driving.enter_context(wire_locks.held(compose.wires_of(rig)))
+        lost.write(0.3, 0.3)
+        found = probing.probe(rig, 4000, lambda done, _: driving.close() if done == 20 else None)
+        (finding,) = found.findings
+        assert "and now by nobody: reading ended here" in finding
+        bench.wait(lambda: bench.terminals.setpoints == (0.0, 0.0), "the module's own watchdog", 10.0)
+        lost.close()
