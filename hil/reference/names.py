@@ -5,10 +5,8 @@ from typing import Final
 NAMES: Final = ("mckibben", "fluidic", "pleated", "bellows", "bundle", "sleeve", "airbeam", "diaphragm", "pouch")
 """In each folder of that name: the equations (`plant`) and the table of effects (`other_laws`)."""
 JUDGE: Final = "pouch"
-"""The family on which nothing is fitted and by which no law was chosen: its figures count. Nobody had looked at it when
-900730 was scored; its healthy cases have been looked at since (0656), single effects have not."""
-NOT_FITTED: Final = (JUDGE, "bundle", "sleeve", "airbeam", "diaphragm")
-"""Those on which nothing is fitted unless they are named. Single effects of the judge are not looked at either; those
-of `diaphragm`, which judged before it, have been looked at to see what fails on a rig that nobody fitted (0654)."""
+"""The family on which nothing is fitted unless it is named, and by which no law was chosen: its figures count. Nobody
+had looked at it when 900730 was scored; its healthy cases by days have been looked at since (0656), single effects have
+not."""
 STEPPED: Final = ("mckibben", "fluidic")
 """Those that a controller can drive, with a module `stepped` in their folder."""

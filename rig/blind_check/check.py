@@ -24,7 +24,7 @@ from rig.blind_check.source import Label
 from rig.blind_check.statistics import breakdown, mode_result, naive_result, shuffled_control, withheld_result
 from rig.errors import RecordError
 from rig.gap.hypotheses.library import LIBRARY, effect_class
-from rig.gap.settings import fitted
+from rig.gap.settings import Fitted, fitted
 
 CHUNK: Final = 10
 """Questions an answering process is started for when the steps are done apart."""
@@ -123,8 +123,12 @@ def _scored(folder: CheckFolder, unfinished: bool = False) -> tuple[dict[str, An
 
 def families_of_levels(folder: CheckFolder) -> list[str]:
     """The plant families on which the levels were fitted by which the check is answered."""
-    levels = fitted(folder.priors) if folder.priors.exists() else fitted()
-    return list(levels.provenance.families)
+    return list(levels_of(folder).provenance.families)
+
+
+def levels_of(folder: CheckFolder) -> Fitted:
+    """The levels and priors by which the check is answered."""
+    return fitted(folder.priors) if folder.priors.exists() else fitted()
 
 
 def result_from(cases: Sequence[Scored], seed: int, fitted_on: Sequence[str]) -> dict[str, Any]:

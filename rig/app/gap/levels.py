@@ -16,7 +16,7 @@ import numpy as np
 import yaml
 
 from hil.reference.cases import CASES_PER_UNIT, Bench, Case, Purpose, bench_of, draw_sheet
-from hil.reference.names import NAMES, NOT_FITTED
+from hil.reference.names import JUDGE, NAMES
 from rig.blind_check.generate import nominal_model
 from rig.blind_check.source import records_of
 from rig.columns import rms
@@ -72,13 +72,13 @@ class HealthyDay:
 
 
 def known_families(names: Sequence[str], left_out: Sequence[str] = ()) -> tuple[str, ...]:
-    """The families of these names, without those left out; for none all but those that judge. ConfigError for one
+    """The families of these names, without those left out; for none all but the judge. ConfigError for one
     that is not there, and when none is left."""
     for option, given in (("--family", names), ("--leave-out", left_out)):
         for name in given:
             if name not in NAMES:
                 raise ConfigError(f"{option}: unknown plant family {name!r}; {suggest(name, list(NAMES))}")
-    fitted_on = names or [name for name in NAMES if name not in NOT_FITTED]
+    fitted_on = names or [name for name in NAMES if name != JUDGE]
     kept = tuple(name for name in fitted_on if name not in left_out)
     if not kept:
         raise ConfigError(f"--leave-out: no plant family is left to fit on; there are {', '.join(NAMES)}")

@@ -34,6 +34,8 @@ RECORD_S = (10.0, 20.0)
 """Lengths of the records that a session is designed from."""
 DESCRIBED, REHEARSED = 0.3, 0.8
 """Shares of a design's time by which its rigs are described, and rehearsed."""
+DESIGNED_FOR = ("mckibben", "fluidic", "pleated", "bellows")
+"""Plant families whose rigs a session is designed on; each more takes as long again as one of these."""
 FAMILY_UNITS = 2
 """Rigs of each plant family that a session is designed on beside the one at hand."""
 
@@ -176,7 +178,7 @@ def _families(names: Sequence[str], channels: Channels) -> Sequence[str]:
     if tuple(names) == ("none",):
         return ()
     if channels.has_valves:
-        return known_families(names)
+        return known_families(names or DESIGNED_FOR)
     if names:
         raise ConfigError(f"--family: plant families are pneumatic joints; this rig is driven by {said(channels)}")
     return ()

@@ -13,7 +13,7 @@ from rig.outputs import OutputKind
 
 @click.command(cls=Command, short_help="Fit the priors of the method on simulated plants.")
 @output_option(OutputKind.LEVELS, "Where the fitted levels go.", required=True, metavar="FILE")
-@family_option("Plant families to fit on; default: all but those that judge. Repeatable.")
+@family_option("Plant families to fit on; default: all but the one that judges. Repeatable.")
 @left_out_option("Families to leave out, to be judged by the levels. Repeatable.")
 @click.option("--units", type=click.IntRange(2, 200), default=10, show_default=True, help="Rigs of each family.")
 @click.option("--seed", type=click.IntRange(0), default=301, show_default=True, help="Seed of the development rigs.")

@@ -111,7 +111,8 @@ def _show(name: str, one: "Capability", channels: "Channels", json_to: str | Non
 @_reference
 @_rig
 @family_option(
-    "Design for units of this plant family as well. Repeatable.  [default: all but those that judge]", none=True
+    "Design for units of this plant family as well. Repeatable.  [default: mckibben, fluidic, pleated, bellows]",
+    none=True,
 )
 @output_option(OutputKind.SWEEP, "Where the sweep goes.", required=True, metavar="SWEEP.yaml")
 @json_option

@@ -317,9 +317,9 @@ def temperature(
     folders: tuple[Path, ...], priors: Path | None, left_out: tuple[str, ...], output: Path, json_to: str | None
 ) -> None:
     """Fit how far the evidence between effects is believed, from scored checks of development cases of plant families
-    on which the levels were not fitted, and write it with the priors.
+    on which the levels that answered them were not fitted, and write it with the priors.
 
-    The checks must have been answered by the same priors: those shipped, or of --priors.
+    The checks must have been answered at the temperature of the priors: those shipped, or of --priors.
     """
     from rig.app.gap.levels import write
     from rig.app.gap.study.fitted_checks import to_fit

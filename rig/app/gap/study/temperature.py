@@ -1,12 +1,13 @@
 """What `pamrig gap study temperature` does: how far the evidence between effects is believed, from checks of
-development cases of families on which no law and no level was fitted."""
+development cases of families on which the levels that answered them were not fitted."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from rig.app.gap.study.fitted_checks import judged_factors, origin_of
+from rig.blind_check.check import levels_of
 from rig.blind_check.folder import CheckFolder
 from rig.errors import RecordError
 from rig.gap.hypotheses.library import LIBRARY
@@ -34,17 +35,14 @@ def with_temperature(
     levels: Fitted, folders: Sequence[CheckFolder], left_out: Sequence[str]
 ) -> tuple[Fitted, FittedTemperature]:
     """The levels with the temperature that these checks' cases ask for, which were answered at that of `levels`;
-    without the cases of the families `left_out`. RecordError where there are too few, or where the levels were fitted
-    on one of the families: there the laws are better than on a rig that nobody has seen."""
+    without the cases of the families `left_out`. RecordError where there are too few, where a check was answered at
+    another temperature, or by levels that were fitted on one of its families: there all fits better than on a rig that
+    nobody has seen."""
     families: dict[str, list[NamedFactor]] = {}
     for folder in folders:
         for family, factor in _named(folder, left_out):
             families.setdefault(family, []).append(factor)
-    if known := sorted(families.keys() & set(levels.provenance.families)):
-        raise RecordError(
-            f"the levels were fitted on {', '.join(known)}, where laws fit better than on another rig: ask cases of "
-            "other families, or leave these out (--leave-out)"
-        )
+        _check_answered(folder, levels.prior.temperature, families.keys())
     count = sum(map(len, families.values()))
     if count < LEAST_FACTORS:
         raise RecordError(
@@ -63,6 +61,21 @@ def with_temperature(
     made = {"prior.temperature": origin_of("temperature", folders, left_out)}
     prior = replace(levels.prior, temperature=found)
     return replace(levels, prior=prior, provenance=levels.provenance.renewed(made)), fit
+
+
+def _check_answered(folder: CheckFolder, temperature: float, families: Collection[str]) -> None:
+    answered_by = levels_of(folder)
+    if known := sorted(set(families) & set(answered_by.provenance.families)):
+        raise RecordError(
+            f"{folder.root}: the levels that answered it were fitted on {', '.join(known)}, where laws fit better than "
+            "on another rig: ask by levels of other families (gap calibrate --leave-out), or leave these out "
+            "(--leave-out)"
+        )
+    if answered_by.prior.temperature != temperature:
+        raise RecordError(
+            f"{folder.root}: it was answered at a temperature of {answered_by.prior.temperature:g}, and --priors has "
+            f"{temperature:g}"
+        )
 
 
 def _named(folder: CheckFolder, left_out: Sequence[str]) -> Iterator[tuple[str, NamedFactor]]:

@@ -11,6 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from support.plants.gap_rigs import baselines, model, session
 
+from rig.app.gap.levels import write
 from rig.app.gap.study.temperature import with_temperature
 from rig.blind_check.folder import CheckFolder
 from rig.cli.gap.study import temperature as command
@@ -92,8 +93,8 @@ def test_what_an_experiment_says_is_weighed_once() -> None:
     assert [one.probability for one in cold] == [one.probability for one in hot]
 
 
-def check_of(folder: Path, cases: int, family: str = "sleeve") -> CheckFolder:
-    """A scored check that is sure of a wrong name in one case of four."""
+def check_of(folder: Path, cases: int, family: str = "sleeve", temperature: float = 1.0) -> CheckFolder:
+    """A scored check that is sure of a wrong name in one case of four, answered by levels of one other family."""
     for name in ("scores", "answers"):
         (folder / name).mkdir(parents=True)
     for number in range(cases):
@@ -115,7 +116,9 @@ def check_of(folder: Path, cases: int, family: str = "sleeve") -> CheckFolder:
         scored = {"rows": {"one_day": row}, "facts": {"effects": effects, "ratio_angle": 5.0}}
         (folder / "scores" / f"{number}.json").write_text(json.dumps(scored | {"naive": {}, "sandbox_layers": []}))
         (folder / "answers" / f"{number}.json").write_text(json.dumps({"modes": {"one_day": {"diagnosis": answer}}}))
-    return CheckFolder(folder)
+    check, settings = CheckFolder(folder), at(temperature)
+    write(replace(settings, provenance=replace(settings.provenance, families=["fluidic"])), check.priors)
+    return check
 
 
 def test_wrong_names_that_were_sure_make_it_hotter(tmp_path: Path) -> None:
@@ -130,19 +133,22 @@ def test_wrong_names_that_were_sure_make_it_hotter(tmp_path: Path) -> None:
     assert (fit.held_before, fit.held) == (0.75, 1.0)
     assert levels.provenance.parts["prior.temperature"].command == "pamrig gap study temperature check"
     output = tmp_path / "levels.yaml"
-    said = CliRunner().invoke(command, [str(check.root), "-o", str(output)], catch_exceptions=False)
+    called = [str(check.root), "--priors", str(check.priors), "-o", str(output)]
+    said = CliRunner().invoke(command, called, catch_exceptions=False)
     assert said.exit_code == 0, said.output
     assert "100% of the sets hold them (before 75%)" in said.output
-    assert fitted(output).prior.temperature > fitted().prior.temperature
+    assert fitted(output).prior.temperature == pytest.approx(fit.temperature, abs=1e-3)
 
 
 def test_cases_that_tell_nothing_of_it_are_an_error(tmp_path: Path) -> None:
     with pytest.raises(RecordError, match=r"20 factors .* at least 40"):
-        with_temperature(fitted(), [check_of(tmp_path / "few", 20)], [])
-    with pytest.raises(RecordError, match="fitted on fluidic"):
-        with_temperature(fitted(), [check_of(tmp_path / "seen", 60, "fluidic")], [])
+        with_temperature(at(1.0), [check_of(tmp_path / "few", 20)], [])
+    with pytest.raises(RecordError, match="seen: the levels that answered it were fitted on fluidic"):
+        with_temperature(at(1.0), [check_of(tmp_path / "seen", 60, "fluidic")], [])
     with pytest.raises(RecordError, match="0 factors"):
-        with_temperature(fitted(), [check_of(tmp_path / "out", 60)], ["sleeve"])
+        with_temperature(at(1.0), [check_of(tmp_path / "out", 60)], ["sleeve"])
+    with pytest.raises(RecordError, match="warm: it was answered at a temperature of 2, and --priors has 1"):
+        with_temperature(at(1.0), [check_of(tmp_path / "warm", 60, temperature=2.0)], [])
 
 
 def test_no_single_answer_decides() -> None:
