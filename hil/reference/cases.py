@@ -60,7 +60,7 @@ class DrawnKind(StrEnum):
 
 SHARES: Final = {DrawnKind.NONE: 0.30, DrawnKind.FOREIGN: 0.15, DrawnKind.PAIR: 0.15}
 """Of all cases; the rest are single effects. 400 cases: 120, 60, 60, 160."""
-LESS: Final = (1.0, 0.8, 0.6, 0.45, 0.3)
+LESS: Final = (1.0, 0.8, 0.6, 0.45, 0.3, 0.2, 0.12, 0.07)
 """Shares of its wanted ratios at which a case is tried whose effects together drive the joint out of its range."""
 RAN_AWAY: Final = 1e6
 """Counts as the gap over floor of a size under which the joint leaves its range: far too large."""

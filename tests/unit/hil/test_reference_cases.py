@@ -9,6 +9,9 @@ import pytest
 
 from hil.reference.cases import (
     CLEAR_RANGE,
+    SISTERS,
+    Case,
+    DrawnKind,
     Purpose,
     bench_of,
     draw_sheet,
@@ -146,6 +149,19 @@ def test_effects_that_only_together_drive_the_joint_out_of_its_range_are_made_sm
     assert max(np.abs(columns["angle_deg"]).max() for day in (made.records, untouched) for columns in day.values()) < 75
     for effect, wanted in zip(case.effects, case.wanted_ratios, strict=True):
         assert 0.0 < made.effects[effect]["ratio"] < wanted
+
+
+def test_a_case_that_runs_away_at_three_tenths_of_its_size_is_made_smaller_still():
+    """It ended a check of 96 cases: a fast record, which sizes are not set by, shook the joint out of its range."""
+    sizes = (7.370474878829207, 9.033933750926751)
+    case = Case(
+        Purpose.DEVELOPMENT, 998304, 2, DrawnKind.PAIR, ("valve_gain", "inertia"), (1, 1), sizes, 3, "fluidic", SISTERS
+    )
+    made, untouched = realise_in_range(case, bench_of(case))
+    assert max(np.abs(columns["angle_deg"]).max() for day in (made.records, untouched) for columns in day.values()) < 75
+    assert all(
+        0.0 < effect["ratio"] < 0.25 * wanted for effect, wanted in zip(made.effects.values(), sizes, strict=True)
+    )
 
 
 def test_a_case_is_made_to_order(build):
