@@ -9,7 +9,7 @@ from typing import Final
 
 from rig.identify.records.data import Prepared
 from rig.identify.validate import Score
-from rig.log.reader import SUFFIXES
+from rig.log.reader import is_named_like_one
 from rig.model.parameters import Model, Provenance, SourceLog
 from rig.record import Record
 
@@ -74,7 +74,7 @@ def tuned_to(model: Model, records: Sequence[Record]) -> str:
 def _search(folder: Path, missing: set[str], names: set[str]) -> dict[str, Path]:
     """Files below `folder` with one of these digests; those of the same name are looked at first."""
     left, found = set(missing), dict[str, Path]()
-    files = [path for path in folder.rglob("*") if path.name.endswith(SUFFIXES) and path.is_file()]
+    files = filter(is_named_like_one, folder.rglob("*"))
     for path in sorted(files, key=lambda path: (path.name not in names, str(path))):
         if not left:
             break

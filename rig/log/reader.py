@@ -31,7 +31,7 @@ from rig.sample import Phase
 from rig.session_times import LOOP_NS
 
 SUFFIXES: Final = (".mcap", ".csv", ".csv.gz", ".tdms")
-"""What a folder is searched for."""
+"""What a folder is searched for, in capitals or not: other systems write `.CSV`."""
 SWEEP_ONLY: Final = (Phase.SWEEP,)
 RUNS_LIMIT: Final = 1000
 """Runs in one file; the recorder puts one into each, other tools may merge files."""
@@ -48,6 +48,7 @@ _KEPT_FIELDS = (
 )
 _TIMES = ("scheduled_ns", "woken_ns")
 _REPEAT = re.compile(r"_r(?:epeat)?(\d+)$")
+_SUFFIX = re.compile(r"\.(partial|mcap|csv|gz|tdms|parquet|mat|lvm|txt)$", re.IGNORECASE)
 _SCORES: Final = re.compile(rb"record,[^,]*,nrmse,fit_percent,").match
 _HEAD_BYTES: Final = 256
 _LABEL = re.compile(r"([a-z]+)_([0-9.]+)hz_([0-9.]+)mpa")
@@ -93,16 +94,17 @@ def _complete_ones(
 
 def is_log(path: Path) -> bool:
     """A file that a folder of logs is searched for: named like one, and no table of scores that we left there."""
-    return _is_named_like_one(path) and not _is_scores(path)
+    return is_named_like_one(path) and not _is_scores(path)
 
 
-def _is_named_like_one(path: Path) -> bool:
-    return path.name.endswith(SUFFIXES) and path.is_file()
+def is_named_like_one(path: Path) -> bool:
+    """A file with the suffix of a log."""
+    return path.name.lower().endswith(SUFFIXES) and path.is_file()
 
 
 def _is_scores(path: Path) -> bool:
     """The table that identification and validation leave beside their figures (rig.report.fit_files)."""
-    if path.suffix != ".csv":
+    if path.suffix.lower() != ".csv":
         return False
     with suppress(OSError), path.open("rb") as file:
         return _SCORES(file.readline(_HEAD_BYTES)) is not None
@@ -130,15 +132,20 @@ def logs_in(folder: Path) -> list[Path]:
 
     A table of the same name beside an MCAP file is its export: the same record, which counts once.
     """
-    named = sorted(filter(_is_named_like_one, below(folder)))
+    named = sorted(filter(is_named_like_one, below(folder)))
     scores = {*filter(_is_scores, named)}
     files = [file for file in named if file not in scores]
     if not files:
         raise RecordError(f"{folder}: no log in this folder; a log is {', '.join(SUFFIXES)}")
     for file in sorted(scores):
         _warn(f"{file}: passed over: a table of scores, no record")
-    ours = {file.parent / stem(file) for file in files if file.suffix == ".mcap"}
-    return [file for file in files if file.suffix == ".mcap" or file.parent / stem(file) not in ours]
+    ours = {file.parent / stem(file) for file in files if is_mcap(file)}
+    return [file for file in files if is_mcap(file) or file.parent / stem(file) not in ours]
+
+
+def is_mcap(file: Path) -> bool:
+    """It is named as a recording."""
+    return file.suffix.lower() == ".mcap"
 
 
 def read_all(paths: Iterable[Path]) -> list[Record]:
@@ -228,7 +235,7 @@ def pairing_name(facts: Mapping[str, Any], path: Path) -> str:
 def stem(path: Path) -> str:
     """The file's name without the suffixes of logs and of tables."""
     name = path.name
-    while (shorter := re.sub(r"\.(partial|mcap|csv|gz|tdms|parquet|mat|lvm|txt)$", "", name)) != name:
+    while (shorter := _SUFFIX.sub("", name)) != name:
         name = shorter
     return name
 

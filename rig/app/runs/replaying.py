@@ -172,7 +172,7 @@ def _contents(log: Path) -> Iterator[tuple[str, Path, LogContent]]:
 
 def _complete_files(folder: Path) -> list[Path]:
     """The recordings of a folder that are complete; the others are named. RecordError when there is none."""
-    files = sorted(file for file in reader.below(folder) if file.suffix == ".mcap")
+    files = sorted(file for file in reader.below(folder) if reader.is_mcap(file))
     if not files:
         raise RecordError(f"{folder}: no .mcap file in this folder")
     left_out = [file for file in files if not reader.is_complete(file)]

@@ -83,7 +83,8 @@ class RunWriter:
         """
         self.path = path
         self.partial = path.with_name(path.name + unfinished)
-        self._said = self.partial if unfinished == PARTIAL_SUFFIX else path
+        self._recording = unfinished == PARTIAL_SUFFIX
+        self._said = self.partial if self._recording else path
         """What a message calls it: what a recording has so far is found under its name."""
         self.records = self._chunk_began = 0
         self.dropped = 0
@@ -179,7 +180,7 @@ class RunWriter:
             raise self._refused(error) from None
         finally:
             self._tail.close()
-        take_name(self.partial, self.path)
+        take_name(self.partial, self.path, recording=self._recording)
         return self.path
 
     def abort(self) -> None:
@@ -226,13 +227,17 @@ class RunWriter:
         return RecordError(f"{self._said}: cannot be written: {error.strerror}")
 
 
-def take_name(partial: Path, path: Path) -> None:
-    """Give the finished file `partial` the name `path`; RecordError, and `partial` stays, when that name is taken."""
+def take_name(partial: Path, path: Path, *, recording: bool) -> None:
+    """Give the finished file `partial` the name `path`; RecordError, and `partial` stays, when that name is taken.
+
+    Of a `recording` that is said; what a conversion has made goes with it.
+    """
     try:
         os.link(partial, path)  # unlike a rename, refuses a name that is taken
         os.unlink(partial)
     except FileExistsError:
-        raise RecordError(f"{path}: exists already; the new recording is whole and stays at {partial}") from None
+        what = f"the new recording is whole and stays at {partial}" if recording else "a log is never overwritten"
+        raise RecordError(f"{path}: exists already; {what}") from None
     except OSError as error:
         if error.errno not in (*NO_LINKS, *_NO_ROOM) or os.path.lexists(path):
             raise RecordError(f"{path}: cannot be written: {error.strerror}") from None

@@ -383,3 +383,12 @@ def test_a_pipe_is_refused_and_not_waited_for(tmp_path: Path) -> None:
     os.mkfifo(pipe := tmp_path / "pipe.csv")
     with pytest.raises(RecordError, match=r"pipe.csv: cannot be read: it is not a regular file"):
         read(pipe)
+
+
+def test_a_folder_has_the_files_whose_suffix_is_in_capitals(tmp_path: Path) -> None:
+    (tmp_path / f"{SINE}.CSV").write_text(HEADER + ROWS)
+    (tmp_path / "lower.csv").write_text(HEADER + ROWS)
+    (tmp_path / "packed.Csv.GZ").write_bytes(gzip.compress((HEADER + ROWS).encode()))
+    made_log(tmp_path / "run.MCAP", 400)
+    (tmp_path / "run.CSV").write_text("a table beside its recording counts once")
+    assert [record.name for record in read(tmp_path)] == [SINE, "lower", "packed", SINE]

@@ -71,6 +71,22 @@ def test_nothing_is_ever_overwritten(tmp_path: Path) -> None:
     assert len(read_content_of_partial(path)) == 0
 
 
+def test_a_conversion_whose_name_was_taken_meanwhile_promises_no_file(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It said that the new recording stays beside it, and had removed it."""
+    path, link = tmp_path / "run.mcap", os.link
+
+    def taken(draft: Path, target: Path) -> None:
+        path.write_text("somebody's")
+        link(draft, target)
+
+    monkeypatch.setattr(writer.os, "link", taken)
+    with pytest.raises(RecordError, match=r"run\.mcap: exists already; a log is never overwritten$"):
+        write_content(made_content(10), path)
+    assert [file.read_text() for file in tmp_path.iterdir()] == ["somebody's"]
+
+
 def read_content_of_partial(path: Path) -> list[int]:
     found = salvage(map_file(path.with_name(path.name + ".partial")))
     assert found.whole
