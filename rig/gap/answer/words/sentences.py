@@ -36,6 +36,8 @@ from rig.gap.settings import EVEN_CHANCE, FAR
 
 AS_MUCH = 0.05
 """Shares of the error that differ by less than this are told as the same."""
+MOST_ALIKE = 4
+"""Effects that one sentence lists by name."""
 LIES_IN = {
     "timing": "in the timing",
     "valve": "in the valves",
@@ -146,10 +148,19 @@ def _seen_in(cause: Cause) -> str:
 
 
 def _alike(cause: Cause) -> str:
+    """What these records leave as likely."""
     if not cause.ambiguous_with:
         return ""
-    names = " or ".join(noun_of(name) for name in cause.ambiguous_with)
-    return f"It may as well be {names}: these records do not tell them apart."
+    return f"It may as well be {_some(cause.ambiguous_with, ' or ', 'one of ')}: these records do not tell them apart."
+
+
+def _some(effects: Sequence[str], between: str, of: str = "") -> str:
+    """The first of these effects by name and the others counted, for nobody reads a sentence that lists eleven; the
+    ranking has them all."""
+    names = [noun_of(name) for name in effects]
+    if len(names) > MOST_ALIKE:
+        names = [*names[: MOST_ALIKE - 1], f"{of}{len(names) - MOST_ALIKE + 1} others"]
+    return between.join(names)
 
 
 def _how_far(diagnosis: Diagnosis) -> str:
@@ -198,7 +209,7 @@ def _unknown(diagnosis: Diagnosis) -> str:
         named = f"{noun_of(likely[0])} may do it, but with it the simulator follows these records no better"
         return f"{what}{_seen(diagnosis)}: {named}."
     nearest = (
-        f" The nearest, and not near enough, {'is' if len(near) == 1 else 'are'} {' and '.join(map(noun_of, near))}."
+        f" The nearest, and not near enough, {'is' if len(near) == 1 else 'are'} {_some(near, ' and ')}."
         if near
         else ""
     )

@@ -211,6 +211,18 @@ def test_what_looks_alike_is_said() -> None:
     assert "It may as well be a dead time (delay): these records do not tell them apart." in said
 
 
+@pytest.mark.parametrize(
+    ("alike", "says"),
+    [
+        (4, "a dead time (delay) or play (backlash) or creep (creep) or a leak (leak): these"),
+        (5, "a dead time (delay) or play (backlash) or creep (creep) or one of 2 others: these"),
+    ],
+)
+def test_of_many_that_look_alike_the_likeliest_are_named_and_the_others_counted(alike: int, says: str) -> None:
+    names = ("delay", "backlash", "creep", "leak", "inertia")[:alike]
+    assert f"It may as well be {says}" in " ".join(headline(told(replace(LAG, ambiguous_with=names))))
+
+
 PLAY = cause("backlash", "angle", ("coulomb_friction",), width_deg=(0.8, 0.7, 0.9, "deg"))
 
 
