@@ -1,7 +1,7 @@
 """What `pamrig gap study temperature` does: how far the evidence between effects is believed, from checks of
 development cases of families on which the levels that answered them were not fitted."""
 
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -40,9 +40,10 @@ def with_temperature(
     nobody has seen."""
     families: dict[str, list[NamedFactor]] = {}
     for folder in folders:
-        for family, factor in _named(folder, left_out):
+        named = list(_named(folder, left_out))
+        _check_answered(folder, levels.prior.temperature, {family for family, _ in named})
+        for family, factor in named:
             families.setdefault(family, []).append(factor)
-        _check_answered(folder, levels.prior.temperature, families.keys())
     count = sum(map(len, families.values()))
     if count < LEAST_FACTORS:
         raise RecordError(
@@ -63,9 +64,11 @@ def with_temperature(
     return replace(levels, prior=prior, provenance=levels.provenance.renewed(made)), fit
 
 
-def _check_answered(folder: CheckFolder, temperature: float, families: Collection[str]) -> None:
+def _check_answered(folder: CheckFolder, temperature: float, families: set[str]) -> None:
+    """RecordError where the levels that answered a check, with cases of these families, knew one of them, or had
+    another temperature."""
     answered_by = levels_of(folder)
-    if known := sorted(set(families) & set(answered_by.provenance.families)):
+    if known := sorted(families.intersection(answered_by.provenance.families)):
         raise RecordError(
             f"{folder.root}: the levels that answered it were fitted on {', '.join(known)}, where laws fit better than "
             "on another rig: ask by levels of other families (gap calibrate --leave-out), or leave these out "

@@ -93,8 +93,10 @@ def test_what_an_experiment_says_is_weighed_once() -> None:
     assert [one.probability for one in cold] == [one.probability for one in hot]
 
 
-def check_of(folder: Path, cases: int, family: str = "sleeve", temperature: float = 1.0) -> CheckFolder:
-    """A scored check that is sure of a wrong name in one case of four, answered by levels of one other family."""
+def check_of(
+    folder: Path, cases: int, family: str = "sleeve", temperature: float = 1.0, fitted_on: str = "fluidic"
+) -> CheckFolder:
+    """A scored check that is sure of a wrong name in one case of four, answered by levels of one family."""
     for name in ("scores", "answers"):
         (folder / name).mkdir(parents=True)
     for number in range(cases):
@@ -117,7 +119,7 @@ def check_of(folder: Path, cases: int, family: str = "sleeve", temperature: floa
         (folder / "scores" / f"{number}.json").write_text(json.dumps(scored | {"naive": {}, "sandbox_layers": []}))
         (folder / "answers" / f"{number}.json").write_text(json.dumps({"modes": {"one_day": {"diagnosis": answer}}}))
     check, settings = CheckFolder(folder), at(temperature)
-    write(replace(settings, provenance=replace(settings.provenance, families=["fluidic"])), check.priors)
+    write(replace(settings, provenance=replace(settings.provenance, families=[fitted_on])), check.priors)
     return check
 
 
@@ -138,6 +140,14 @@ def test_wrong_names_that_were_sure_make_it_hotter(tmp_path: Path) -> None:
     assert said.exit_code == 0, said.output
     assert "100% of the sets hold them (before 75%)" in said.output
     assert fitted(output).prior.temperature == pytest.approx(fit.temperature, abs=1e-3)
+
+
+def test_each_check_may_be_answered_by_levels_that_know_the_other_s_family(tmp_path: Path) -> None:
+    """As when each family is judged by the others. The second was refused for the family of the first."""
+    checks = [check_of(tmp_path / "a", 30, "sleeve", fitted_on="bundle")]
+    checks.append(check_of(tmp_path / "b", 30, "bundle", fitted_on="sleeve"))
+    _, fit = with_temperature(at(1.0), checks, [])
+    assert fit.factors == 60
 
 
 def test_cases_that_tell_nothing_of_it_are_an_error(tmp_path: Path) -> None:
