@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+from hil.reference.names import DESIGNED_FOR
 from rig.app.gap.effects import sizes_of
 from rig.app.gap.known_rigs import DEFAULT_SWEEP, Asked, DescribedRig, described_by_call, family_rig
 from rig.app.gap.levels import known_families
@@ -34,8 +35,6 @@ RECORD_S = (10.0, 20.0)
 """Lengths of the records that a session is designed from."""
 DESCRIBED, REHEARSED = 0.3, 0.8
 """Shares of a design's time by which its rigs are described, and rehearsed."""
-DESIGNED_FOR = ("mckibben", "fluidic", "pleated", "bellows")
-"""Plant families whose rigs a session is designed on; each more takes as long again as one of these."""
 FAMILY_UNITS = 2
 """Rigs of each plant family that a session is designed on beside the one at hand."""
 

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from hil.reference.names import DESIGNED_FOR
 from rig.app.terminal import console, listing, progress
 from rig.cli.common import Number, emit, family_option, json_option, model_option
 from rig.cli.gap.options import baseline_option, reference_option
@@ -111,7 +112,7 @@ def _show(name: str, one: "Capability", channels: "Channels", json_to: str | Non
 @_reference
 @_rig
 @family_option(
-    "Design for units of this plant family as well. Repeatable.  [default: mckibben, fluidic, pleated, bellows]",
+    f"Design for units of this plant family as well. Repeatable.  [default: {', '.join(DESIGNED_FOR)}]",
     none=True,
 )
 @output_option(OutputKind.SWEEP, "Where the sweep goes.", required=True, metavar="SWEEP.yaml")
