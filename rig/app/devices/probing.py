@@ -47,8 +47,8 @@ class Bystander:
         self.alone = bool(before) and not self._driver
         if self.alone:
             raise CheckFailed(
-                f"{before} when this began, and now by nobody: reading ended here, for it keeps a device's own "
-                f"watchdog from making the rig safe"
+                f"a moment ago {before}, and now by nobody: reading ended here, for it keeps a device's own watchdog "
+                "from making the rig safe"
             )
 
 

@@ -72,8 +72,8 @@ class HealthyDay:
 
 
 def known_families(names: Sequence[str], left_out: Sequence[str] = ()) -> tuple[str, ...]:
-    """The families of these names, without those left out; for none all but the judge. ConfigError for one
-    that is not there, and when none is left."""
+    """The families of these names, without those left out; for none all but the judge. ConfigError for one that
+    is not there, and when none is left."""
     for option, given in (("--family", names), ("--leave-out", left_out)):
         for name in given:
             if name not in NAMES:
