@@ -154,6 +154,7 @@ def load_sweep(path: Path) -> Sweep:
     if not isinstance(records, list) or not records:
         example = "- sine: {frequency_hz: 0.5, amplitude_mpa: 0.2}"
         raise ConfigError(f"{path}: records: expected a list of signals, for example `{example}`")
+    _check_lists(keys, str(path))
     head = structure(_listed(keys), _Head, str(path))
     count = head.repeats * sum(_combinations(record, len(head.p0_mpa)) for record in records)
     if count > MOST_RECORDS:
@@ -194,6 +195,13 @@ def _is_reference(record: object) -> bool:
     return any(isinstance(part, dict) and AMPLITUDE in part for part in parts)
 
 
+def _check_lists(keys: object, where: str) -> None:
+    """ConfigError where a list is empty: it would stand for no record, and nobody would be told."""
+    for key, value in keys.items() if isinstance(keys, dict) else ():
+        if value == []:
+            raise ConfigError(f"{where}: {key}: expected a value or a list of at least one, got an empty list")
+
+
 def _listed(keys: Mapping[str, Any]) -> dict[str, Any]:
     """The same with a single rest pressure as a list of one."""
     p0 = keys.get("p0_mpa", [])
@@ -208,6 +216,8 @@ def _record(raw: object, shared: Mapping[str, Any], path: Path, where: str, angl
         raise ConfigError(f"{path}: {where}: expected one signal; {suggest(str(shown), list(SIGNALS))}")
     own = {key: value for key, value in raw.items() if key != names[0]}
     settings = raw[names[0]]
+    _check_lists(own, f"{path}: {where}")
+    _check_lists(settings, f"{path}: {where}.{names[0]}")
     for chosen in _product(settings):
         make = _reference if angles else _signal
         signal: Any = make(chosen, names[0], f"{path}: {where}.{names[0]}")

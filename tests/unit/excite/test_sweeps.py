@@ -135,6 +135,9 @@ def test_a_waveform_is_found_beside_its_sweep_and_lasts_as_long_as_its_table(tmp
     [
         ("records: []", "records: expected a list of signals"),
         ("[]", "expected a mapping with the keys records"),
+        ("p0_mpa: []\nrecords: [{hold: {amplitude_mpa: 0}}]", "p0_mpa: expected a value or a list of at least one"),
+        ("records: [{hold: {amplitude_mpa: 0}, p0_mpa: []}]", r"records\[0\]: p0_mpa: expected a value or a list of"),
+        ("records: [{hold: {amplitude_mpa: []}}]", r"records\[0\].hold: amplitude_mpa: expected a value or a list of"),
         ("records: [{sin: {frequency_hz: 1}}]", r"records\[0\]: expected one signal; did you mean 'sine'"),
         (
             "records: [{sine: {frequency_hz: 1, amplitude_mpa: 0.1}, hold: {amplitude_mpa: 0}}]",
