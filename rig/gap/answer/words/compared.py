@@ -1,5 +1,8 @@
 """What an answer is compared with, in sentences, and that nothing stands out beside it. No number is computed here."""
 
+import math
+
+from rig.channels import Channels
 from rig.gap.answer.facts import ABSORBED_SHARE, Retuning
 from rig.gap.answer.result import Diagnosis, Interval
 from rig.gap.answer.words.sizes import degrees, percent, size
@@ -73,9 +76,10 @@ def absorbed(diagnosis: Diagnosis) -> bool:
     return tuning is not None and tuning.closes_fraction >= ABSORBED_SHARE and gap.rms_deg > gap.floor_deg
 
 
-def moves(tuning: Retuning) -> list[str]:
+def moves(tuning: Retuning, channels: Channels) -> list[str]:
     """What moves as the simulator is fitted again, what closes most first: each parameter, without those whose move is
-    too small to be seen in the digits that a person is told, and the muscles' curve as a whole."""
+    too small to be seen in the digits that a person is told, and the curve and loop as a whole, which are the muscles'
+    where the rig has any. A share is told where anything is closed."""
     told = []
     for one in tuning.moved:
         half = 0.5 * (one.high - one.low)
@@ -83,15 +87,17 @@ def moves(tuning: Retuning) -> list[str]:
         there = size(Interval(one.after, one.low, one.high, one.unit), signed=True)
         told += [] if here == there else [(one.share, f"{one.name} goes from {here} to {there}")]
     if tuning.muscles >= LEAST_TOLD:
-        told.append((tuning.muscles, "the muscles' own curve and loop change"))
+        whose = "the muscles'" if channels.has_valves else "its"
+        told.append((tuning.muscles, f"{whose} own curve and loop change"))
     ordered = sorted(told, key=lambda line: -line[0])
-    return [f"{text} ({percent(share)} of that)" if share >= LEAST_TOLD else text for share, text in ordered]
+    least = LEAST_TOLD if tuning.closes_fraction > 0.0 else math.inf
+    return [f"{text} ({percent(share)} of that)" if share >= least else text for share, text in ordered]
 
 
 def nothing(diagnosis: Diagnosis) -> str:
     """That nothing is found; of the angle alone where a pressure monitor is not heard, which is said first."""
     tuning = diagnosis.retuning
-    if tuning is not None and from_model(diagnosis) and absorbed(diagnosis) and moves(tuning):
+    if tuning is not None and from_model(diagnosis) and absorbed(diagnosis) and moves(tuning, diagnosis.channels):
         said = _its_own(diagnosis, tuning)
     else:
         said = _nothing(diagnosis)
@@ -129,7 +135,8 @@ def _its_own(diagnosis: Diagnosis, tuning: Retuning) -> str:
     return (
         f"The simulator is {degrees(gap.rms_deg)} deg off (rms), and its own parameters explain that: fitted to these "
         f"records again, it is {degrees(tuning.after_deg)} deg off, and no effect that it lacks is needed. "
-        f"What closes most of it: {moves(tuning)[0]}. Whether the rig is built so, or something acts on it that looks "
+        f"What closes most of it: {moves(tuning, diagnosis.channels)[0]}. "
+        "Whether the rig is built so, or something acts on it that looks "
         f"the same (Re-tuning, below), these records do not tell; {degrees(gap.floor_deg)} deg is "
         f"{SOURCES[gap.floor_source]}."
     )

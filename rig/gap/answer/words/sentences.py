@@ -237,7 +237,7 @@ def _retuning(diagnosis: Diagnosis) -> str:
     """What re-tuning the simulator's own parameters closes, which moved, and what the effects close beyond that."""
     tuning = diagnosis.retuning
     assert tuning is not None
-    moved = "; ".join(moves(tuning)[:4])
+    moved = "; ".join(moves(tuning, diagnosis.channels)[:4])
     before, after = degrees(tuning.before_deg), degrees(tuning.after_deg)
     # the gap is measured against the fingerprint, re-tuning against the parameters without it
     described = diagnosis.reference is Kind.FINGERPRINT

@@ -1,5 +1,6 @@
 """How sure an answer is as a whole, and what the rest is given to, in a sentence."""
 
+from rig.gap.answer.facts import BESIDE
 from rig.gap.answer.result import Diagnosis
 from rig.gap.answer.words.on_the_rig import noun_of
 from rig.gap.answer.words.sizes import percent
@@ -47,5 +48,7 @@ def _nothing(diagnosis: Diagnosis, factor: str) -> str:
 
 
 def _answered(diagnosis: Diagnosis, factor: str) -> set[str]:
-    """What the answer holds for true of a factor."""
-    return {cause.effect for cause in diagnosis.causes if cause.judged_on == factor} or {NONE}
+    """What the answer holds for true of a factor, or, of one that is judged beside an effect, beside that."""
+    channel, _, given = factor.partition(BESIDE)
+    here = {cause.effect for cause in diagnosis.causes if cause.judged_on == channel}
+    return here - {given} or {NONE}

@@ -5,6 +5,7 @@ from dataclasses import replace
 import pytest
 from support.plants.gap_rigs import model, mounted, session
 
+from rig.channels import PNEUMATIC, Channel, Channels
 from rig.gap.answer.facts import Evidence, Gap, Judged, ParameterMove, RecordGap, Retuning, Verdict, Where
 from rig.gap.answer.how_far.retuning import retune
 from rig.gap.answer.result import Diagnosis
@@ -57,7 +58,7 @@ def test_else_the_line_is_about_what_is_usual(tuning: Retuning | None, rms_deg: 
 def test_what_closes_most_comes_first_and_the_muscles_count_as_one() -> None:
     lag = ParameterMove("valve1_tau_s", 0.04, 0.05, 0.0495, 0.0505, "s", 0.3)
     zero = replace(ZERO, share=0.02)
-    told = moves(Retuning(6.2, 1.4, (zero, lag), muscles=0.68))
+    told = moves(Retuning(6.2, 1.4, (zero, lag), muscles=0.68), PNEUMATIC)
     assert told == [
         "the muscles' own curve and loop change (68 % of that)",
         "valve1_tau_s goes from 40 ms to 50 ms (30 % of that)",
@@ -65,6 +66,18 @@ def test_what_closes_most_comes_first_and_the_muscles_count_as_one() -> None:
     ]
     said = first_line(Retuning(6.2, 1.4, (), muscles=0.9), 6.2)
     assert "What closes most of it: the muscles' own curve and loop change (90 % of that)." in said
+
+
+def test_a_rig_without_valves_is_not_told_of_muscles() -> None:
+    motor = Channels(Channel("goal", "rad", (-1.0, 1.0)), Channel("position", "rad", (-1.0, 1.0)))
+    assert moves(Retuning(6.2, 1.4, (), muscles=0.9), motor) == ["its own curve and loop change (90 % of that)"]
+
+
+def test_where_nothing_is_closed_no_move_has_a_share_of_it() -> None:
+    """ "would not bring its error down: the muscles' own curve and loop change (60 % of that)"."""
+    lag = ParameterMove("valve1_tau_s", 0.04, 0.05, 0.0495, 0.0505, "s", 0.4)
+    told = moves(Retuning(1.1, 1.2, (lag,), muscles=0.6), PNEUMATIC)
+    assert told == ["the muscles' own curve and loop change", "valve1_tau_s goes from 40 ms to 50 ms"]
 
 
 def with_other_muscles(times: float) -> Model:

@@ -53,3 +53,20 @@ def test_what_a_rival_is_given_is_no_more_than_what_is_left() -> None:
     made = told(gain, cause("unknown", "angle"), verdict="partly_explained")
     said = answers(replace(made, confidence=0.45, evidence=seen))["How sure:"]
     assert said.endswith("(verdict: partly explained); 55 % are for nothing more.")
+
+
+def test_a_second_effect_of_the_angle_is_no_rival_of_itself() -> None:
+    """What was judged beside the first stands under a name of its own, and so did not count as answered."""
+    seen = Evidence({
+        "angle": Judged(13.0, 0.2, "deg", True, {"gravity_load": 0.97, "creep": 0.03}, [], 0.0, {}),
+        "angle beside gravity_load": Judged(
+            11.0, 0.2, "deg", True, {"none": 0.05, "muscle_mismatch": 0.7, "thermal_drift": 0.25}, [], 0.0, {}
+        ),
+    })  # fmt: skip
+    load = cause("gravity_load", "angle", k_deg=(20.0, 18.0, 22.0, "deg"))
+    mismatch = cause("muscle_mismatch", "angle", mismatch=(0.6, 0.5, 0.7, "1"))
+    made = replace(told(load, mismatch), confidence=0.68, evidence=seen)
+    said = answers(made)["How sure:"]
+    assert said.endswith("(verdict: explained); 25 % are for a rig that changes as it warms (thermal_drift)."), said
+    only = answers(replace(told(load), confidence=0.68, evidence=seen))["How sure:"]
+    assert only.endswith("32 % are for muscles of unequal strength (muscle_mismatch)."), only
