@@ -234,6 +234,16 @@ def rivals_of(pairs: Sequence[tuple[str, str]]) -> dict[str, list[str]]:
     return found
 
 
+def none_alike(one: Capability) -> str:
+    """What it means that no two effects look alike at a usual size: those that would not even be seen say nothing."""
+    seen = sum(far >= one.needed for far in one.separation.diagonal().tolist())
+    if seen == len(one.names):
+        return "all are told apart at usual sizes"
+    if seen < 2:
+        return "at usual sizes hardly any would be seen: nothing is said of which are told apart"
+    return f"{seen} of {len(one.names)} would be seen at usual sizes, and these are told apart"
+
+
 def sheet_of(ability: Ability, channels: Channels) -> Allowed | None:
     """What a data sheet of the paper's parts allows; other rigs are made of other parts."""
     return LIBRARY[ability.effect].allowed if channels.has_valves else None

@@ -78,7 +78,7 @@ def capability(
 
 
 def _show(name: str, one: "Capability", channels: "Channels", json_to: str | None) -> None:
-    from rig.app.gap.planning import beside_sheet, best_of, rivals_of, told_size
+    from rig.app.gap.planning import beside_sheet, best_of, none_alike, rivals_of, told_size
 
     out = console(json_to)
     out.print(f"Records of the sweep {name}, at a false-alarm rate of 1 %:", style="bold")
@@ -91,7 +91,7 @@ def _show(name: str, one: "Capability", channels: "Channels", json_to: str | Non
     out.print(table)
     rivals = rivals_of(one.confusable)
     if not rivals:
-        out.print("all are told apart at usual sizes")
+        out.print(none_alike(one))
         return
     apart = listing("not told apart at usual sizes", "from")
     for effect, others in rivals.items():

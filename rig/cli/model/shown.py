@@ -126,7 +126,7 @@ def show_identified(found: Identified, terminal: Console) -> None:
         remark = "at its bound" if now.at_bound else "not determined" if now.std is None else ""
         table.add_row(place.name, f"{now.value:.6g}", std, now.unit, between, remark)
     terminal.print(table)
-    swarm = f"RMSE {found.rmse_deg:.3f} deg ({found.search_rmse_deg:.3f} before the polish)"
+    swarm = f"RMSE {found.rmse_deg:.3f} deg ({found.search_rmse_deg:.3f} deg before the polish)"
     terminal.print(f"{say(swarm)} after {found.evaluations} evaluations in {found.seconds:.1f} s")
     if found.unbounded_rmse_deg is not None:
         cost = f"{found.rmse_deg - found.unbounded_rmse_deg:.3f} deg"

@@ -65,6 +65,7 @@ def motor(tmp_path_factory: pytest.TempPathFactory) -> Path:
     said = called("identify", folder / "days" / "20260301", "-o", folder / "model.yaml", *size)
     assert not FOREIGN.search(without_parameters(said)), said
     assert not re.search("mean pressure|muscle|valve", said), said
+    assert re.search(r"RMSE \d+\.\d+ mm \(\d+\.\d+ mm before the polish\)", said), said
     assert re.search(r"position at most \d+\.\d mm from the middle of its range in \w+_[\d.]+hz_[\d.]+mm", said)
     return folder
 
