@@ -82,7 +82,9 @@ class RunOutcome:
             raise CheckFailed(self._left)
         if self.interrupted:
             raise Interrupted(
-                "" if self.driven else "interrupted; the loop never ticked, and nothing was written to the rig"
+                f"interrupted{self._rest}"
+                if self.driven
+                else "interrupted; the loop never ticked, and nothing was written to the rig"
             )
         invalid = [r for r in self.runs if not r.valid]
         if invalid:

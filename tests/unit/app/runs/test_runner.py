@@ -78,6 +78,12 @@ def test_an_interruption_is_130(runs: list[RunResult]) -> None:
         RunOutcome(runs, 3, interrupted=True).judge()
 
 
+def test_an_interruption_says_what_became_of_a_rig_that_was_under_way() -> None:
+    safe = SafeReport(Writer.LOOP, outcome=SafeOutcome.SEEN)
+    with pytest.raises(Interrupted, match=r"^interrupted; safe state written by the loop, seen at the device$"):
+        RunOutcome([good(complete=False)], 3, interrupted=True, driven=True, safe=safe).judge()
+
+
 @pytest.mark.parametrize("interrupted", [False, True])
 @pytest.mark.parametrize(
     ("safe", "says"),
