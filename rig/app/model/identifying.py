@@ -13,7 +13,7 @@ from rig.errors import ConfigError, RecordError
 from rig.fields import bounded
 from rig.identify.fit import Identified, Settings, identify
 from rig.identify.records.data import Options, best_input, check_length, cut
-from rig.identify.records.rest import at_own_rest
+from rig.identify.records.rest import at_own_rest, far_from_all
 from rig.identify.records.zero import zero_shown
 from rig.identify.response.mean_law import PROPORTIONAL, mean_law
 from rig.identify.search.stability import SweepRange
@@ -117,6 +117,8 @@ def start_model(start: StartOptions, records: list[Record], options: Options) ->
     elif pneumatic:  # else there is nothing but the command
         drive, why = best_input(records, options)
         choices.append(why)
+    if start.p0_mpa is not None and (doubt := far_from_all(start.p0_mpa, records)):
+        choices.append(doubt)
     p0_mpa = start.p0_mpa if start.p0_mpa is not None else rest_pressure(records)
     exponent = start.mean_exponent
     if exponent is None and not pneumatic:

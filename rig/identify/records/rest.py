@@ -36,6 +36,17 @@ def unsaid_rests(records: Sequence[Record]) -> dict[int, float]:
     return found if found and max(found.values()) - min(found.values()) > SHIFTED_MPA else {}
 
 
+def far_from_all(p0_mpa: float, records: Sequence[Record]) -> str:
+    """That no record lies around this P0, by its commands or its pressures, and around which they do; empty where one
+    does, or nobody knows."""
+    known = [commanded_rest(record) or measured_rest(record) for record in records if record.channels.has_valves]
+    rests = [rest for rest in known if rest is not None]
+    if not rests or min(abs(rest - p0_mpa) for rest in rests) <= SHIFTED_MPA:
+        return ""
+    around = " and ".join(sorted({f"{rest:.{_STEP_DIGITS}f}" for rest in rests}))
+    return f"P0 is {p0_mpa:g} MPa, as --p0 says; the pressures of these records lie around {around} MPa: is it right?"
+
+
 def taken_for(record: Record, rest_mpa: float) -> Record:
     """The record, taken to be commanded around that P0."""
     return replace(record, facts={**record.facts, MEASURED_REST: round(rest_mpa, _STEP_DIGITS)})

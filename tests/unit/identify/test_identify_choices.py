@@ -100,6 +100,17 @@ def test_what_was_asked_for_is_not_chosen() -> None:
     assert len(choices) == 1, "model (1) has no law of the mean pressure"
 
 
+@pytest.mark.parametrize(
+    ("p0_mpa", "records", "around"),
+    [(0.3, [ONE], "0.20"), (0.2, [ONE], ""), (0.15, SEVERAL, ""), (0.4, SEVERAL, "0.15 and 0.20 and 0.30")],
+)
+def test_a_p0_that_is_asked_for_and_in_no_record_is_doubted(p0_mpa: float, records: list[Record], around: str) -> None:
+    _, choices = start_model(replace(ASKED, p0_mpa=p0_mpa), records, Options())
+    doubted = [line for line in choices if "--p0" in line]
+    said = f"P0 is {p0_mpa:g} MPa, as --p0 says; the pressures of these records lie around {around} MPa: is it right?"
+    assert doubted == ([said] if around else [])
+
+
 def test_the_exponent_is_held_for_the_search_where_the_response_model_leaves_least() -> None:
     model, choices = start_model(ASKED, SEVERAL, Options())
     assert len(choices) == 2
