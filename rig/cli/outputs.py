@@ -63,6 +63,18 @@ class FormerArgument(click.Argument):
 class Command(click.Command):
     """A command whose outputs are held apart from its inputs and from each other, before it does anything."""
 
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        """As click does; who gives several values to an option is told to repeat it."""
+        given = [*args]
+        try:
+            return super().parse_args(ctx, args)
+        except click.UsageError as error:
+            repeated = next((one.opts[0] for one in self.params if one.multiple and {*one.opts} & {*given}), None)
+            if repeated is None or "extra argument" not in error.message:
+                raise
+            example = f"an option takes one value; repeat it for several: {repeated} A {repeated} B"
+            raise click.UsageError(f"{error.message}; {example}", ctx) from None
+
     def invoke(self, ctx: click.Context) -> Any:
         """As click does, after that check."""
         inputs = [(name, place) for name, path in _places(self, ctx, outputs=False) for place in _meant(path)]

@@ -26,7 +26,7 @@ _path = click.Path(path_type=Path)
     multiple=True,
     type=_path,
     metavar="LOG",
-    help="Records of the rig as it is now: files or folders.",
+    help="Records of the rig as it is now: a file or a folder; repeat for more.",
 )
 @baseline_option(
     "Records of one earlier day, or a folder of such folders; repeat for more days. `model`: the logs it was "

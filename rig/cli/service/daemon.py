@@ -229,6 +229,8 @@ def start(client: Any, sweeps: tuple[Path, ...], pause_s: float, first: bool, on
     elif waiting and not before and sys.stdin.isatty():
         before = queued.ask(waiting)
     jobs = client.start(*paths, pause_s=pause_s, before=before)
+    if not sweeps and not waiting:
+        console().print("the queue is worked on already")
     for job in jobs:
         console().print(f"job {job['id']}: {job['sweep']}, {job['records']} records, {job['seconds']:.0f} s")
     if wait:

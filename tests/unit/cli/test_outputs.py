@@ -331,3 +331,12 @@ def test_a_folder_named_in_another_encoding_is_read_and_told(log: Path, tmp_path
     assert r"gr\udcf6sse.mcap" in (figures / "scores.csv").read_text()
     write_text(page, f"<!doctype html>{day}", OutputKind.PAGE)
     assert r"Messung_\udcfc" in page.read_text()
+
+
+def test_several_values_behind_one_option_are_told_to_repeat_it() -> None:
+    call = ["gap", "diagnose", "--model", "m.yaml", "--log", "a.csv", "b.csv"]
+    done = CliRunner().invoke(cli, call)
+    assert "extra argument (b.csv); an option takes one value; repeat it for several: --log A --log B" in str(
+        done.output
+    )
+    assert "repeat it" not in CliRunner().invoke(cli, ["status", "b.csv"]).output

@@ -26,6 +26,23 @@ def job(**fields: Any) -> dict[str, Any]:
     return usual | fields
 
 
+class WorkingDaemon:
+    """A client of a daemon that works on its queue."""
+
+    def __init__(self, _: Any) -> None: ...
+
+    def __enter__(self) -> "WorkingDaemon":
+        return self
+
+    def __exit__(self, *_: object) -> None: ...
+
+    def status(self) -> dict[str, Any]:
+        return {"queue": [job(state="running")], "interrupted": []}
+
+    def start(self, *_paths: Any, **_options: Any) -> list[dict[str, Any]]:
+        return []
+
+
 class Done:
     """A client whose daemon has just finished."""
 
@@ -34,6 +51,11 @@ class Done:
 
     def wait(self) -> dict[str, Any]:
         return self._status
+
+
+def test_a_start_that_changes_nothing_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("rig.service.client.Client", WorkingDaemon)
+    assert CliRunner().invoke(daemon.start, []).output == "the queue is worked on already\n"
 
 
 def test_what_nobody_goes_on_with_is_what_the_daemon_says() -> None:
