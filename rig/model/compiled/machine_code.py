@@ -12,7 +12,7 @@ from functools import cache
 from hashlib import blake2b
 from pathlib import Path
 from types import CodeType, FunctionType
-from typing import Any, TypeVar, cast
+from typing import Any, Final, TypeVar, cast
 
 import numba
 import numpy as np
@@ -20,6 +20,7 @@ from numba.core.dispatcher import Dispatcher
 from numba.core.extending import _Intrinsic
 
 F = TypeVar("F", bound=Callable[..., Any])
+CALLED_BY_KERNELS: Final[dict[str, object]] = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
 
 
 def kernel(**options: object) -> Callable[[F], F]:
@@ -35,7 +36,18 @@ def kernel(**options: object) -> Callable[[F], F]:
 
 
 def kept(function: FunctionType, **options: object) -> Any:
-    """The same of a function whose names all have their meaning already; the function itself stays as it is."""
+    """The same of a function whose names all have their meaning already; the function itself stays as it is.
+
+    Kernels that call it are made of another compilation of it, which Python cannot call: what takes a Python call's
+    arguments apart and makes its result is then neither compiled nor kept (docs/decisions/0760)."""
+    whole = _compiling(function, options)
+    within = cache(lambda: _compiling(function, options | CALLED_BY_KERNELS))
+    whole.get_call_template = lambda args, kws: within().get_call_template(args, kws)
+    whole.get_overload = lambda sig: within().get_overload(sig)
+    return whole
+
+
+def _compiling(function: FunctionType, options: dict[str, object]) -> Any:
     copy = FunctionType(
         function.__code__, function.__globals__, function.__name__, function.__defaults__, function.__closure__
     )

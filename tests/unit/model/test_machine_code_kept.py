@@ -95,21 +95,39 @@ def called(x):
 """
 
 
-def test_after_an_update_of_another_file_nothing_old_is_computed(tmp_path: Path) -> None:
-    def answered() -> str:
-        path = os.pathsep.join((str(tmp_path), str(ROOT)))
-        bare = os.environ | {"PYTHONPATH": path, "PYTHONDONTWRITEBYTECODE": "1"}
-        done = subprocess.run([sys.executable, "-c", CALLS], env=bare, check=True, capture_output=True, text=True)
-        return done.stdout.strip()
+def answered(folder: Path, program: str = CALLS) -> str:
+    """What a new process says of the two files."""
+    path = os.pathsep.join((str(folder), str(ROOT)))
+    bare = os.environ | {"PYTHONPATH": path, "PYTHONDONTWRITEBYTECODE": "1"}
+    done = subprocess.run([sys.executable, "-c", program], env=bare, check=True, capture_output=True, text=True)
+    return done.stdout.strip()
 
+
+@pytest.fixture
+def caller(tmp_path: Path) -> Path:
     (tmp_path / "caller.py").write_text(CALLER)
     (tmp_path / "called.py").write_text(CALLED)
-    assert answered() == "4.0"
-    assert list((tmp_path / "__pycache__").glob("caller.answer*.nbi")), "it was kept"
-    (tmp_path / "called.py").write_text(CALLED.replace("+ 1.0", "+ 3.0"))
-    assert answered() == "8.0"
-    (tmp_path / "called.py").write_text(CALLED.replace("2.0", "5.0"))
-    assert answered() == "10.0"
+    return tmp_path
+
+
+def test_after_an_update_of_another_file_nothing_old_is_computed(caller: Path) -> None:
+    assert answered(caller) == "4.0"
+    assert list((caller / "__pycache__").glob("caller.answer*.nbi")), "it was kept"
+    (caller / "called.py").write_text(CALLED.replace("+ 1.0", "+ 3.0"))
+    assert answered(caller) == "8.0"
+    (caller / "called.py").write_text(CALLED.replace("2.0", "5.0"))
+    assert answered(caller) == "10.0"
+
+
+def test_what_kernels_call_is_kept_without_what_only_python_needs_and_python_may_call_it_too(caller: Path) -> None:
+    kept_files = (caller / "__pycache__").glob
+    assert answered(caller) == "4.0"
+    (within,) = kept_files("called.called*.nbc")
+    both = f"{CALLS}; import called; print(called.called(2.0))"
+    for _ in range(2):  # compiled, and read again
+        assert answered(caller, both).split() == ["4.0", "3.0"]
+    (whole,) = set(kept_files("called.called*.nbc")) - {within}
+    assert within.stat().st_size < whole.stat().st_size
 
 
 def test_nothing_else_is_kept_by_numba() -> None:
