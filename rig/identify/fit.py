@@ -12,7 +12,7 @@ import numpy as np
 
 from rig.excite.signals import Signal
 from rig.identify.provenance import provenance
-from rig.identify.records.data import Options, Prepared, commands_known, prepare
+from rig.identify.records.data import Options, Prepared, commands_known, doubts, prepare
 from rig.identify.response.fingerprint import make_fingerprint
 from rig.identify.response.mean_law import hold, is_free
 from rig.identify.response.valves import ValveFit, identify_valves
@@ -198,7 +198,7 @@ def _described(
 
 
 def _warnings(data: Sequence[Prepared], valves: ValveFit | None, model: Model) -> list[str]:
-    found = [text for each in data for text in each.warnings] + ([] if valves is None else valves.notes)
+    found = doubts(data) + ([] if valves is None else valves.notes)
     if model.fingerprint is None:
         found.append("no fingerprint: the records are too short for one, or their commands have gaps")
     return found

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from rig.columns import rms
-from rig.identify.records.data import Options, Prepared, prepare
+from rig.identify.records.data import Options, Prepared, doubts, prepare
 from rig.identify.records.rest import at_own_rest
 from rig.identify.search.objective import predict
 from rig.identify.search.stability import StabilityVerdict, SweepRange, check_bounded
@@ -72,7 +72,7 @@ def validate(model: Model, records: Sequence[Record], sweep: SweepRange, options
     records, rests = at_own_rest(records)
     prepared = [prepare(record, model, options) for record in records]
     scores = [_score_of(model, each, at_s) for each, at_s in zip(prepared, begun_s(records).tolist(), strict=True)]
-    warnings = [text for each in prepared for text in each.warnings + outside(model, each)]
+    warnings = doubts(prepared) + [text for each in prepared for text in outside(model, each)]
     warnings += [rests] if rests else []
     warnings += [trouble] if (trouble := fingerprint_trouble(model)) else []
     return Validation(scores, check_bounded(model, sweep, angle_limit(prepared, sweep)), warnings)

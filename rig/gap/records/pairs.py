@@ -17,7 +17,8 @@ from rig.gap.records.outliers import without_outliers
 from rig.gap.records.partners import Match, Partner, find_partner, named_session, require_partners
 from rig.gap.records.rest import at_rests, rest_pressure, shifted
 from rig.gap.records.settings import CLIPPED, CLIPPED_OVER_NEXT
-from rig.gap.records.usable import check_direction, check_scale, hole, reasons, runs_against, usable
+from rig.gap.records.usable import check_direction, check_scale, early, hole, reasons, runs_against, usable
+from rig.identify.records.causality import before_pressures, together
 from rig.identify.records.monitors import broken_monitor
 from rig.record import Column, Record
 from rig.session_times import are_numbered, begun_s
@@ -74,7 +75,7 @@ def pair_up(
     """
     notes: list[str] = []
     whole, fallen = _cleaned(records, notes)
-    fit = [record for record in whole if usable(record, notes)]
+    fit = _usable(whole, notes)
     if not fit:
         raise RecordError(reasons(notes))
     sessions = _sessions(baselines, fit, notes, fallen)
@@ -133,6 +134,15 @@ def _cleaned(
     return whole, {id(record): mine for record, mine in zip(whole, dropouts, strict=True)}
 
 
+def _usable(records: Sequence[Record], notes: list[str], kind: str = "") -> list[Record]:
+    """The records of one day that anything can be learnt from; none where together they put the effect before its
+    cause."""
+    if said := early(records):
+        notes.append(f"{kind}{said}")
+        return []
+    return [record for record in records if usable(record, notes, kind)]
+
+
 def _sessions(
     baselines: Sequence[Sequence[Record]],
     case: Sequence[Record],
@@ -144,7 +154,7 @@ def _sessions(
     for session in baselines:
         whole, more = _cleaned(session, notes, "baseline ")
         fallen |= more
-        sessions.append([record for record in whole if usable(record, notes, "baseline ")])
+        sessions.append(_usable(whole, notes, "baseline "))
     kept = _distinct(sessions, case, notes)
     if baselines and not kept:
         raise RecordError(f"no baseline session can be used: {reasons(notes)}")
@@ -223,6 +233,11 @@ def _all_have_pressures(records: Sequence[Record], days: Sequence[Record], notes
     silent = next((f"{record.name}: {said}" for record in records if (said := broken_monitor(record))), None)
     if silent and all(record.has_pressures for record in records):
         notes.append(f"{silent}; broken wire? the angle alone is used")
+        return False
+    if late := before_pressures(records):
+        notes.append(
+            f"{together(records)}: {late}: monitors that are slow, or of another clock? the angle alone is used"
+        )
         return False
     without = ((record, where) for where, some in (("the case", records), ("the baselines", days)) for record in some)
     lacking, where = next(((record, where) for record, where in without if not record.has_pressures), (None, ""))

@@ -29,6 +29,7 @@ from rig.gap.records.settings import (
     STRANGE,
     UNIT_SHAPE,
 )
+from rig.identify.records.causality import before_command, together
 from rig.identify.records.data import strange_units
 from rig.identify.records.monitors import (
     LONGEST_LAG_S,
@@ -68,6 +69,14 @@ def usable(record: Record, notes: list[str], kind: str = "") -> bool:
     if why:
         notes.append(f"{kind}{record.name}: {why}")
     return used or not why
+
+
+def early(records: Sequence[Record]) -> str:
+    """That a day's records together put the effect before its cause, in words; empty where they do not. Those that
+    cannot be read as a course over time are not asked."""
+    read = [record for record in records if not _badly_sampled(record)]
+    said = before_command(read)
+    return f"{together(read)}: {said}" if said else ""
 
 
 def _badly_sampled(record: Record) -> str:

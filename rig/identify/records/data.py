@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from rig.channels import common
 from rig.errors import RecordError
+from rig.identify.records.causality import before_command, together
 from rig.identify.records.mix_ups import mix_ups, strange_clock
 from rig.identify.records.monitors import dead_monitor
 from rig.log.foreign.units import PRESSURE_SIZES, unit_by_size
@@ -116,6 +117,14 @@ def prepare(record: Record, model: Model, options: Options | None = None) -> Pre
             f"{allowed.skip_s:g} s"
         )
     return Prepared(record, grid, p1, p2, angle, skip, warnings)
+
+
+def doubts(data: Sequence[Prepared]) -> list[str]:
+    """What is doubtful in each of these records, and in all of them together."""
+    records = [each.record for each in data]
+    early = before_command(records)
+    found = [text for each in data for text in each.warnings]
+    return [*([f"{together(records)}: {early}"] if early else []), *found]
 
 
 def best_input(records: Sequence[Record], options: Options) -> tuple[Input, str]:

@@ -86,14 +86,16 @@ def follows(record: Record, column: Column, command: Column) -> bool:
     return any(np.max(np.abs(correlations(record, column, command, every))) > FOLLOWS for every in (_FEW, 1))
 
 
-def correlations(record: Record, column: Column, command: Column, every: int = 1) -> Column:
-    """(lags,) correlations of a column (n,) with a command (n,), at lags from 0 to LONGEST_LAG_S, FOLLOWED_S apart, or
-    at one of so many of these."""
+def correlations(
+    record: Record, column: Column, command: Column, every: int = 1, longest_s: float = LONGEST_LAG_S
+) -> Column:
+    """(lags,) correlations of a column (n,) with a command (n,), at lags from 0 to `longest_s`, or half of the record,
+    FOLLOWED_S apart, or at one of so many of these."""
     t = np.linspace(record.t_s[0], record.t_s[-1], max(int((record.t_s[-1] - record.t_s[0]) / FOLLOWED_S), 2))
     heard, said = (
         np.interp(t, record.t_s[known], one[known]) for one in (column, command) for known in (np.isfinite(one),)
     )
-    return _at_lags(said, heard, np.arange(0, max(min(int(LONGEST_LAG_S / FOLLOWED_S), len(t) // 2), 1), every))
+    return _at_lags(said, heard, np.arange(0, max(min(int(longest_s / FOLLOWED_S), len(t) // 2), 1), every))
 
 
 def _at_lags(said: Column, heard: Column, lags: NDArray[np.int64]) -> Column:

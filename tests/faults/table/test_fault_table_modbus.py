@@ -34,8 +34,9 @@ def test_what_was_answered_is_known_to_the_next_request(bench: ModbusFaultBench)
         bench.at_rest()
         with bench.client() as client:
             client.arm()
-            client.start(bench.sweep, before="leave")
+            (job,) = client.start(bench.sweep, before="leave")
             client.stop()
+        assert job["records"] > 0
 
 
 @pytest.mark.parametrize("name", ["estop", "loop ended", "loop killed", "loop stopped"])
