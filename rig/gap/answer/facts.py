@@ -208,6 +208,8 @@ class Judged:
     """The likeliest that together hold the credible mass."""
     unknown_beside: float
     stage_probability: Mapping[str, float]
+    right: float = 1.0
+    """Probability that what the answer says of this factor is right, whatever is true of the others."""
 
     def to_json(self) -> dict[str, Any]:
         return {

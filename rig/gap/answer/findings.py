@@ -69,12 +69,18 @@ class Kept:
     """Rms of the simulator's error with this effect alone in it."""
 
 
-def evidence_of(findings: Findings, gaps: Sequence[Column], far: HowFar, added: bool) -> Evidence:
+def evidence_of(
+    findings: Findings, right: Sequence[float], gaps: Sequence[Column], far: HowFar, added: bool
+) -> Evidence:
+    """What the answer rests on; `right` is how probable what it says of each factor is."""
     pairs = findings.expected.pairs
     before = [rms_of([gap], [pair]) for gap, pair in zip(gaps, pairs, strict=True)]
     after = [float(np.sqrt(value)) for value in far.per_record_deg2] if added else before
     return Evidence(
-        factors={_judged_on(posterior): _judged(posterior) for posterior in findings.posteriors},
+        factors={
+            _judged_on(posterior): _judged(posterior, chance)
+            for posterior, chance in zip(findings.posteriors, right, strict=True)
+        },
         signatures=findings.signatures,
         records=[RecordGap(pair.name, one, other) for pair, one, other in zip(pairs, before, after, strict=True)],
         sessions=len(pairs[0].days),
@@ -89,7 +95,7 @@ def _judged_on(posterior: Posterior) -> str:
     return f"{posterior.problem.name}{BESIDE}{posterior.given}" if posterior.given else posterior.problem.name
 
 
-def _judged(posterior: Posterior) -> Judged:
+def _judged(posterior: Posterior, right: float) -> Judged:
     factor = posterior.problem.forward.factor
     return Judged(
         gap=factor.rms(factor.gap),
@@ -100,6 +106,7 @@ def _judged(posterior: Posterior) -> Judged:
         names=posterior.names,
         unknown_beside=posterior.beside,
         stage_probability=_by_stage(posterior),
+        right=right,
     )
 
 

@@ -85,7 +85,7 @@ def tell(findings: Findings, after: Callable[[Sequence[tuple[str, Fit]]], HowFar
             settings=findings.settings,
             simulator=findings.simulator,
         ),
-        evidence_of(findings, gaps, far, added),
+        evidence_of(findings, right_of_each(findings, kept), gaps, far, added),
         _notes(findings, kept, [*known.notes, *_small_notes(small, kept, smoothed, floor)]),
         reference=findings.expected.kind,
         retuning=findings.retuning,
@@ -287,16 +287,20 @@ def how_sure(findings: Findings, kept: Sequence[Kept], raw: Sequence[Cause], *, 
     likeliest effect was dropped it is that there is something at all. One of two for each that was, and for each of the
     `doubted`: what is said of something unknown because of the degrees that are left, or of the raw samples, and has no
     probability."""
-    pairing, dropped = findings.expected.pairing, dropped_effects(findings, kept)
-    nameless = [id(posterior) for posterior, _ in dropped]
-    chances = [
+    chances = right_of_each(findings, kept) + [EITHER_CHANCE] * (len(dropped_effects(findings, kept)) + doubted)
+    return float(np.prod([*chances, *(cause.confidence for cause in raw)]))
+
+
+def right_of_each(findings: Findings, kept: Sequence[Kept]) -> list[float]:
+    """Probability that what is said of each factor is right: its likeliest hypothesis and what stands beside that, or
+    that there is something at all."""
+    nameless = [id(posterior) for posterior, _ in dropped_effects(findings, kept)]
+    return [
         1.0 - one.probability[NONE]
         if id(one) in nameless
-        else one.probability[one.best] * one.sure_beside * trust(pairing, one.best)
+        else one.probability[one.best] * one.sure_beside * trust(findings.expected.pairing, one.best)
         for one in findings.posteriors
     ]
-    chances += [EITHER_CHANCE] * (len(dropped) + doubted)
-    return float(np.prod([*chances, *(cause.confidence for cause in raw)]))
 
 
 def _where(

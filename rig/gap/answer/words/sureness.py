@@ -1,6 +1,6 @@
 """How sure an answer is as a whole, and what the rest is given to, in a sentence."""
 
-from rig.gap.answer.facts import BESIDE
+from rig.gap.answer.facts import BESIDE, Judged
 from rig.gap.answer.result import Diagnosis
 from rig.gap.answer.words.on_the_rig import noun_of
 from rig.gap.answer.words.sizes import percent
@@ -21,25 +21,35 @@ def how_sure(diagnosis: Diagnosis) -> str:
 
 
 def _otherwise(diagnosis: Diagnosis) -> str:
-    """What most of the rest is given to where the answer is not sure: another hypothesis, or what a note says."""
+    """What most of the rest is given to where the answer is not sure: another hypothesis, or what a note says. Of a
+    rival it is how probable it is in place of what the answer says of its factor, with all else as the answer has it:
+    so that the two can be added up."""
     if diagnosis.confidence > SURE:
         return ""
     rivals = [
-        ({NONE: _nothing(diagnosis, factor), UNKNOWN: "something unknown"}.get(name, noun_of(name)), chance)
+        (
+            {NONE: _nothing(diagnosis, factor), UNKNOWN: "something unknown"}.get(name, noun_of(name)),
+            _instead(diagnosis, one, chance),
+        )
         for factor, one in diagnosis.evidence.factors.items()
         for name, chance in one.probability.items()
         if name not in _answered(diagnosis, factor)
     ]
     rivals += [
-        ("something unknown beside it", one.unknown_beside)
-        for one in diagnosis.evidence.factors.values()
-        if one.unknown_beside < EVEN_CHANCE
+        ("something unknown beside it", diagnosis.confidence * one.unknown_beside / (1.0 - one.unknown_beside))
+        for factor, one in diagnosis.evidence.factors.items()
+        if one.unknown_beside < EVEN_CHANCE and UNKNOWN not in _answered(diagnosis, factor)
     ]
     what, chance = max(rivals, key=lambda rival: rival[1], default=("", 0.0))
     rest = 1.0 - diagnosis.confidence
     if chance >= WORTH * rest:
-        return f"; {percent(min(chance, rest))} are for {what}"
+        return f"; {percent(chance)} are for {what}"
     return "; the notes say what it may be otherwise" if diagnosis.notes else ""
+
+
+def _instead(diagnosis: Diagnosis, factor: Judged, chance: float) -> float:
+    """Probability of the whole answer with another hypothesis, of this chance, in place of what it says of a factor."""
+    return diagnosis.confidence * chance / factor.right if factor.right > 0.0 else 0.0
 
 
 def _nothing(diagnosis: Diagnosis, factor: str) -> str:
