@@ -90,7 +90,7 @@ def answer(question: Question) -> tuple[Diagnosis, Grounds]:
     simulator = None if question.model is None else at_rest(question.model, expected.pairing)
     missed = None if simulator is None or not question.kind.by_days else _misfit_deg(simulator, expected)
     if missed is not None and (strange := _of_another_rig(missed, expected)):
-        simulator, expected = None, replace(expected, pairing=expected.pairing.noting(strange))
+        simulator, expected = None, replace(expected, pairing=replace(expected.pairing, strange=(strange,)))
     refit = None
     if simulator is not None and not question.kind.by_days:  # what has changed is no matter of the simulator's
         changes = {name: fit.change for name, fit in posteriors[-1].fits.items()}

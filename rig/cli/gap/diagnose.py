@@ -158,4 +158,6 @@ def _show(diagnosis: "Diagnosis", name: str | None, json_to: str | None) -> None
             )
         out.print(table)
     for note in diagnosis.notes:
+        if note in diagnosis.doubts:  # stands above
+            continue
         out.print(f"note: {say(note)}")

@@ -134,7 +134,10 @@ class Diagnosis:
     next_experiment: Experiment | None = None
     evidence: Evidence = field(default_factory=Evidence)
     notes: Sequence[str] = ()
-    """What is to be said of the records and the reference."""
+    """What is to be said of the records and the reference: `doubts` first."""
+    doubts: Sequence[str] = ()
+    """Those of the notes that doubt whether like is compared with like: records of another rig, or around another P0,
+    than what they are compared with."""
     reference: Kind = Kind.SESSIONS
     """What stood for the rig without a gap."""
     retuning: Retuning | None = None

@@ -87,6 +87,7 @@ def tell(findings: Findings, after: Callable[[Sequence[tuple[str, Fit]]], HowFar
         ),
         evidence_of(findings, right_of_each(findings, kept), gaps, far, added),
         _notes(findings, kept, [*known.notes, *_small_notes(small, kept, smoothed, floor)]),
+        doubts=findings.expected.pairing.doubts,
         reference=findings.expected.kind,
         retuning=findings.retuning,
         observations=[*in_samples.observations, *_usual(findings)],
@@ -136,8 +137,8 @@ def _stands_out(findings: Findings, name: str) -> bool:
 
 
 def _notes(findings: Findings, kept: Sequence[Kept], said: Sequence[str]) -> list[str]:
-    """What was `said` on the way, what the raw samples show that has no name, and the names that were dropped; each
-    line once."""
+    """What doubts the whole comparison; what was `said` on the way, what the raw samples show that has no name, and
+    the names that were dropped; each line once."""
     nameless = (f"{one.text}: no effect of the library does that" for one in _strange(findings))
     dropped = (
         f"{fit.effect.name} explains {100.0 * share_closed(posterior, fit):.0f} % of what the "
@@ -147,7 +148,8 @@ def _notes(findings: Findings, kept: Sequence[Kept], said: Sequence[str]) -> lis
     )
     numbered = findings.expected.pairing.numbered and any(one.fit.law.whole_session for one in kept)
     in_turn = [IN_TURN] if numbered else []
-    return list(dict.fromkeys([*findings.expected.pairing.notes, *said, *nameless, *dropped, *in_turn]))
+    pairing = findings.expected.pairing
+    return list(dict.fromkeys([*pairing.doubts, *pairing.notes, *said, *nameless, *dropped, *in_turn]))
 
 
 def _further(kept: Sequence[Kept], before: float, floor: float, far: HowFar, settings: Fitted) -> tuple[float, float]:

@@ -46,6 +46,13 @@ class Pairing:
     commanded."""
     numbered: bool = False
     """Nobody says when the records began, and their files are numbered."""
+    strange: tuple[str, ...] = ()
+    """The note that the model does not follow the earlier days at all: another rig's?"""
+
+    @property
+    def doubts(self) -> tuple[str, ...]:
+        """The notes that doubt whether like is compared with like: another rig, another P0."""
+        return (*self.strange, *self.elsewhere)
 
     def noting(self, *lines: str) -> "Pairing":
         """The same with further lines for whoever reads the answer."""

@@ -13,7 +13,7 @@ from rig.cli.common import plain
 from rig.errors import ModelError, RecordError
 from rig.gap import diagnose
 from rig.gap.answer.words.sentences import answers
-from rig.model.parameters import AddedEffect
+from rig.model.parameters import AddedEffect, Parameter, StageKind, StageModel
 from rig.model.simulation import simulate
 from rig.record import Column, Record
 
@@ -232,7 +232,18 @@ def test_baselines_around_another_commanded_p0_do_not_pair() -> None:
 
 def test_a_measured_p0_far_from_the_baselines_is_said() -> None:
     found = asked(session(153, AddedEffect("co_contraction", {"shift_mpa": 0.05})), library=FEW)
-    assert any("recorded around another P0, or both pressures are shifted" in note for note in found.notes)
+    assert "recorded around another P0, or both pressures are shifted" in found.notes[0]
+    question, doubt = list(answers(found).items())[1]
+    assert question == "Doubt:"
+    assert "recorded around another P0" in doubt
+
+
+def test_a_model_of_another_rig_is_doubted_first() -> None:
+    twice = {"gain": Parameter(2.0), "offset_deg": Parameter(0.0, "deg")}
+    other = replace(model(), sensor=StageModel(StageKind.AFFINE, twice))
+    found = diagnose(other, session(35), [list(day) for day in baselines()], library=FEW)
+    assert found.notes[0].startswith("the model misses the earlier days by")
+    assert answers(found)["Doubt:"] == found.notes[0]
 
 
 def test_what_the_model_itself_misses_is_told_apart_from_the_gap() -> None:

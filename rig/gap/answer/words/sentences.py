@@ -49,8 +49,10 @@ LIES_IN = {
 
 
 def answers(diagnosis: Diagnosis) -> dict[str, str]:
-    """Question -> answer: what it is, how far, re-tuning, what stays, what to look at; then where and how sure."""
+    """Question -> answer: what it is, what doubts all of it, how far, re-tuning, what stays, what to look at; then
+    where and how sure."""
     told, said_first = {"Answer:": " ".join(headline(diagnosis))}, diagnosis.verdict is Verdict.NONE
+    told["Doubt:"] = "; ".join(diagnosis.doubts)
     told["Why:"] = _of_each([(one.noun, one.reasons) for one in _known(diagnosis)])
     told["Look at:"] = _of_each([(one.noun, one.look_at) for one in _known(diagnosis)])
     if diagnosis.retuning and (diagnosis.verdict is not Verdict.NONE or absorbed(diagnosis)):
