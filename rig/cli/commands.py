@@ -82,6 +82,10 @@ def cli() -> None:
     """The pneumatic-muscle test rig: run it, simulate it, and find out why the two differ."""
 
 
+NO_ROOM = ("failed to map segment", "cannot allocate memory", "cannot map zero-fill pages")
+"""What the loader of glibc says of a library that has no room (elf/dl-load.c, dl-map-segments.h)."""
+
+
 def main() -> None:
     """Entry point: 0 done, 1 not so, 2 the call or a file is wrong, 130 interrupted."""
     streams = Streams()
@@ -117,9 +121,24 @@ def _status() -> Any:
     except RigError as error:
         _say(f"pamrig: {error}")
         return 2
-    except OSError as error:
-        _say(f"pamrig: {error.filename or 'the system'}: {error.strerror or error}")
+    except (MemoryError, ImportError, OSError) as error:
+        if _no_memory(error):
+            _say("pamrig: not enough memory for this command (`ulimit -v`, or a limit of its container or service?)")
+        elif isinstance(error, OSError):
+            _say(f"pamrig: {error.filename or 'the system'}: {error.strerror or error}")
+        else:
+            raise
         return 2
+
+
+def _no_memory(error: BaseException | None) -> bool:
+    """Whether an error is for want of memory, or came of one that was: a library that finds no room is an ImportError
+    by the loader's words."""
+    while error is not None:
+        if isinstance(error, MemoryError) or any(words in str(error).lower() for words in NO_ROOM):
+            return True
+        error = error.__cause__ or error.__context__
+    return False
 
 
 def _say(line: str, *, apart: bool = False) -> None:

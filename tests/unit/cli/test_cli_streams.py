@@ -188,3 +188,28 @@ def test_ctrl_c_during_the_work_is_one_line_and_status_130(
     with pytest.raises(SystemExit) as ended:
         main()
     assert (ended.value.code, capsys.readouterr().err) == (130, "pamrig: interrupted\n")
+
+
+@pytest.mark.parametrize(
+    "error",
+    [
+        MemoryError("Unable to allocate 3.2 GiB for an array"),
+        ImportError("_ufuncs.so: failed to map segment from shared object"),
+        OSError("Could not find/load shared object file 'libllvmlite.so': libllvmlite.so: failed to map segment"),
+    ],
+)
+def test_a_command_that_gets_no_memory_says_so_in_one_line(
+    error: Exception, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    from rig.cli.commands import main
+    from rig.cli.completion import completion
+
+    def starved(**_: object) -> None:
+        raise error
+
+    monkeypatch.setattr(completion, "callback", starved)
+    monkeypatch.setattr(sys, "argv", ["pamrig", "completion", "bash"])
+    with pytest.raises(SystemExit) as ended:
+        main()
+    said = "pamrig: not enough memory for this command (`ulimit -v`, or a limit of its container or service?)\n"
+    assert (ended.value.code, capsys.readouterr().err) == (2, said)
