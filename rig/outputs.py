@@ -228,7 +228,7 @@ def _shows(path: Path, head: bytes, kind: OutputKind) -> bool:
         return head.startswith(sign)
     if b"\0" in head:  # a recording keeps rig, sweep and model in its first bytes, word for word
         return False
-    if path.suffix == ".md" and kind is OutputKind.PAGE:
+    if path.suffix.lower() == ".md" and kind is OutputKind.PAGE:
         return head.startswith((b"#", b"|")) and _has_table(head) is not None  # somebody's notes have none
     if kind is OutputKind.FIGURE:
         return b"<svg" in head

@@ -238,13 +238,14 @@ def plot(log_file: Path, output: Path | None, whole: bool, from_s: float, to_s: 
     from rig.log.reader import SWEEP_ONLY, read
     from rig.report import log_figures
 
-    if output is not None and log_file.is_dir() and not output.is_dir():
+    into = output is not None and (output.is_dir() or not output.suffix)
+    if output is not None and log_file.is_dir() and not into:
         raise RecordError(
-            f"-o {output}: {log_file} may hold many records; give a folder that exists, each gets a figure of its name"
+            f"-o {output}: {log_file} may hold many records; give a folder, each gets a figure of its name"
         )
     records = read(log_file, None if whole else SWEEP_ONLY)
     names = (record.name for record in records)
-    targets = targets_in(output, names, ".svg") if output and output.is_dir() else [output] * len(records)
+    targets = targets_in(output, names, ".svg") if output and into else [output] * len(records)
     for record, target in zip(records, targets, strict=True):
         part = record.rows((record.t_s >= from_s) & (record.t_s <= (record.t_s[-1] if to_s is None else to_s)))
         if len(part) < 2:

@@ -74,9 +74,9 @@ def read_exported(path: Path) -> LogContent | None:
         check_regular(path)
     except OSError as error:
         raise RecordError(f"{path}: cannot be read: {error.strerror}") from None
-    if path.suffix == ".parquet":
+    if path.suffix.lower() == ".parquet":
         return _read_parquet(path)
-    if path.suffix == ".mat":
+    if path.suffix.lower() == ".mat":
         return _read_mat(path)
     return _read_csv(path)
 

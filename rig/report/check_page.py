@@ -59,7 +59,7 @@ def rows_of(result: Mapping[str, Any]) -> list[dict[str, Any]]:
 
 def write_page(result: Mapping[str, Any], path: Path) -> None:
     """The page as HTML, or tables in Markdown when the name ends in .md; RigError when it cannot be written."""
-    text = as_markdown(result) if path.suffix == ".md" else as_html(result)
+    text = as_markdown(result) if path.suffix.lower() == ".md" else as_html(result)
     write_text(path, text, OutputKind.PAGE)
 
 

@@ -104,7 +104,7 @@ def simulate_all(commands: Path, simulator: Simulator, output: Path) -> Iterator
     """Every record of the commands through the simulator, each written where it belongs: one into a .mcap, several into
     a folder."""
     records = commands_of(commands, simulator.period_s)
-    one = len(records) == 1 and output.suffix == ".mcap"
+    one = len(records) == 1 and output.suffix.lower() == ".mcap"
     files = [output] if one else targets_in(output, (record.name for record in records), ".mcap")
     for record, file, at_s in zip(records, files, begun_s(records).tolist(), strict=True):
         simulated = simulator.answer(record, at_s)
@@ -115,7 +115,7 @@ def simulate_all(commands: Path, simulator: Simulator, output: Path) -> Iterator
 
 def commands_of(commands: Path, period_s: float) -> list[Record]:
     """The commands as records: a sweep's at that period, or a log's own."""
-    if commands.suffix not in (".yaml", ".yml") and (commands.exists() or commands.suffix):
+    if commands.suffix.lower() not in (".yaml", ".yml") and (commands.exists() or commands.suffix):
         return read(commands)
     made = []
     for plan in expand(load_sweep(find_config(commands, "sweeps")), round(period_s * 1e9)):

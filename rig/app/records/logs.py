@@ -131,11 +131,11 @@ def import_content(path: Path, mapping_path: Path | None) -> tuple[LogContent, l
     """A foreign file as a log, and the columns that found no place in it. RecordError for anything ambiguous."""
     unused: list[str] = []
     if mapping_path is None:
-        if path.suffix in (".parquet", ".mat") or kind_of(path) is FileKind.TEXT:
+        if path.suffix.lower() in (".parquet", ".mat") or kind_of(path) is FileKind.TEXT:
             content = read_exported(path)
             if content is not None:
                 return content, []
-        if path.suffix in (".parquet", ".mat"):
+        if path.suffix.lower() in (".parquet", ".mat"):
             raise RecordError(f"{path}: not written by `pamrig log export`; export it as CSV and give a --mapping")
         if kind_of(path) is FileKind.MCAP:
             raise RecordError(f"{path}: importing MCAP needs a --mapping; {_channels(path)}")
@@ -242,7 +242,7 @@ def export_targets(log_files: list[Path], kind: str, out: Path | None) -> list[P
             raise RecordError(f"{twice}: two records would be written there; -o FOLDER gives each a file of its own")
         return beside
     if len(log_files) == 1 and not out.is_dir() and out.suffix:
-        if not out.name.endswith(SUFFIXES[kind]):
+        if not out.name.lower().endswith(SUFFIXES[kind]):
             raise RecordError(f"-o {out}: a {kind} file ends in {SUFFIXES[kind]}; --to says which kind is written")
         return [out]
     make_folder(out)

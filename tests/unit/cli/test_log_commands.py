@@ -219,3 +219,28 @@ def test_an_import_does_not_say_valid_for_nobody_saw_its_run(call, tmp_path: Pat
     )
     call("log", "import", table, "--mapping", tmp_path / "seen.yaml", "-o", tmp_path / "seen.mcap")
     assert read_content(tmp_path / "seen.mcap").result_facts["valid"] is True
+
+
+def test_figures_go_into_a_folder_that_is_not_there_yet(call, tmp_path: Path) -> None:
+    made_log(tmp_path / "logs" / "run.mcap", 300)
+    assert call("log", "plot", tmp_path / "logs", "-o", tmp_path / "new" / "figures")[0] == 0
+    assert [file.name for file in (tmp_path / "new" / "figures").iterdir()] == ["sine_0.5hz_0.20mpa.svg"]
+    status, _, err = call("log", "plot", tmp_path / "logs", "-o", tmp_path / "one.svg")
+    assert status == 2
+    assert "may hold many records; give a folder, each gets a figure of its name" in err
+
+
+@pytest.mark.parametrize("suffix", [".CSV", ".Parquet", ".MAT"])
+def test_a_suffix_in_capitals_is_the_same_suffix(call, tmp_path: Path, suffix: str) -> None:
+    made_log(tmp_path / "run.mcap", 300)
+    kept, kind = tmp_path / f"run{suffix}", suffix[1:].lower()
+    assert call("log", "export", tmp_path / "run.mcap", "--to", kind, "-o", kept)[0] == 0
+    assert call("log", "import", kept, "-o", tmp_path / "again.MCAP")[0] == 0
+    assert_same_content(read_content(tmp_path / "again.MCAP"), read_content(tmp_path / "run.mcap"))
+
+
+def test_one_simulated_record_goes_into_the_file_that_was_named(call, tmp_path: Path) -> None:
+    made_log(tmp_path / "run.mcap", 300)
+    said = tmp_path / "said.MCAP"
+    assert call("simulate", tmp_path / "run.mcap", "--model", "simulated", "-o", said)[0] == 0
+    assert said.is_file()

@@ -72,3 +72,10 @@ def test_a_replay_holds_the_model_that_answered_and_not_the_rigs_alone(tmp_path:
     assert held["simulated.yaml"] == model.read_bytes()
     assert held["simulated_2.yaml"] == (shipped.configs() / "models" / "simulated.yaml").read_bytes()
     assert {"rig.yaml"} < held.keys()
+
+
+def test_one_replay_goes_into_the_file_that_was_named(tmp_path: Path) -> None:
+    job = prepare(sorted(RECORDINGS.glob("*.mcap"))[0], None, None, None, resample=False)
+    (done,) = replay_all(job, ReplayOptions(tmp_path / "again.MCAP", clock="virtual"))
+    assert (tmp_path / "again.MCAP").is_file()
+    assert done.file == tmp_path / "again.MCAP"
