@@ -5,6 +5,7 @@ from pathlib import Path
 
 from rig.gap.answer.result import Diagnosis
 from rig.gap.answer.words.compared import SOURCES, from_model
+from rig.gap.answer.words.notes import told_notes
 from rig.gap.answer.words.sentences import answers, chain_rows, stage_name
 from rig.gap.answer.words.sizes import percent
 from rig.gap.pipeline import Grounds
@@ -65,7 +66,7 @@ def _assumed(diagnosis: Diagnosis, grounds: Grounds, model: Model) -> list[str]:
         f"{description} misses {nominal.misfit_deg:.2g} deg rms of what is expected and is used in differences only.",
         f"The model ({model.muscle.kind}, driven by {model.muscle.input.value}) {tuned_to(model, records)}.",
     ]
-    return [*told, *diagnosis.notes]
+    return [*told, *told_notes(diagnosis)]
 
 
 def _expected(reference: Reference, sessions: int) -> str:

@@ -133,6 +133,7 @@ def diagnose(
 
 def _show(diagnosis: "Diagnosis", name: str | None, json_to: str | None) -> None:
     """The summary for a person."""
+    from rig.gap.answer.words.notes import told_notes
     from rig.gap.answer.words.sentences import answers, chain_rows, stage_name
     from rig.own_units import speaker
 
@@ -157,7 +158,7 @@ def _show(diagnosis: "Diagnosis", name: str | None, json_to: str | None) -> None
                 f"{line.probability:.2f}",
             )
         out.print(table)
-    for note in diagnosis.notes:
+    for note in told_notes(diagnosis):
         if note in diagnosis.doubts:  # stands above
             continue
         out.print(f"note: {say(note)}")
