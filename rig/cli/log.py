@@ -11,6 +11,7 @@ import click
 from rig.app.terminal import console, styled
 from rig.cli.common import Number, emit, json_option
 from rig.cli.outputs import FORMERLY_OUTPUT, Group, Renamed, figure_option, output_option
+from rig.counted import counted
 from rig.outputs import OutputKind, targets_in, write_text
 from rig.report.shown_text import in_lines, in_one_line
 
@@ -59,7 +60,7 @@ def check(logs: tuple[Path, ...], json_to: str | None) -> None:
     emit({"files": [{"file": file, "ok": not lines, "findings": lines} for file, lines in findings.items()]}, json_to)
     bad = sum(bool(lines) for lines in findings.values())
     if bad:
-        raise CheckFailed(f"{bad} of {len(findings)} logs not in order")
+        raise CheckFailed(f"{bad} of {counted(len(findings), 'log')} not in order")
 
 
 @log.command(short_help="Rescue a cut or damaged log.")
@@ -74,15 +75,15 @@ def recover(log_file: Path, output: Path | None, json_to: str | None) -> None:
     result = rescue(log_file, output)
     terminal = console(json_to)
     if not result.damages and result.file == log_file:
-        terminal.print(f"{log_file}: whole, with {result.records} samples; nothing was written")
+        terminal.print(f"{log_file}: whole, with {counted(result.records, 'sample')}; nothing was written")
     else:
-        terminal.print(f"{result.file}: {result.records} samples saved, every one verified by its CRC")
+        terminal.print(f"{result.file}: {counted(result.records, 'sample')} saved, every one verified by its CRC")
         for damage in result.damages:
             terminal.print(f"  bytes {damage.start} to {damage.end}: {damage.what}")
         for gap in result.gaps:
-            terminal.print(f"  lost: {gap.records} samples between {gap.from_s:.3f} s and {gap.to_s:.3f} s")
+            terminal.print(f"  lost: {counted(gap.records, 'sample')} between {gap.from_s:.3f} s and {gap.to_s:.3f} s")
         if result.lost_at_the_ends:
-            terminal.print(f"  lost: {result.lost_at_the_ends} samples before the first or after the last")
+            terminal.print(f"  lost: {counted(result.lost_at_the_ends, 'sample')} before the first or after the last")
         if result.unsaved_bytes:
             terminal.print(
                 f"  {result.unsaved_bytes} bytes after the last saved sample prove nothing; what they held is not known"
@@ -156,7 +157,7 @@ def import_(
             content = replace(one.content, run_facts=tagged(one.content.run_facts, own, said))
             target = write_content(content, one.target)
             undone.callback(target.unlink, missing_ok=True)
-            terminal.print(f"{target}: {len(content.samples)} rows")
+            terminal.print(f"{target}: {counted(len(content.samples), 'row')}")
             if one.not_kept and one.not_kept != (made[-1]["not_kept"] if made else []):
                 terminal.print(f"  not kept, by the mapping or for want of a field: {', '.join(one.not_kept)}")
             made.append({"file": str(target), "records": len(content.samples), "not_kept": one.not_kept})
@@ -216,7 +217,7 @@ def export(logs: tuple[Path, ...], kind: str, output: Path | None, period_s: flo
     written = []
     for target, content in exports(found_files(logs), kind, output, period_s):
         written.append(write(content, target, kind))
-        console(json_to).print(f"{target}: {len(content.samples)} rows{note}")
+        console(json_to).print(f"{target}: {counted(len(content.samples), 'row')}{note}")
     emit({"files": [str(file) for files in written for file in files]}, json_to)
 
 
@@ -250,7 +251,9 @@ def plot(log_file: Path, output: Path | None, whole: bool, from_s: float, to_s: 
         part = record.rows((record.t_s >= from_s) & (record.t_s <= (record.t_s[-1] if to_s is None else to_s)))
         if len(part) < 2:
             asked = f"from {from_s:g} s on" if to_s is None else f"between {from_s:g} s and {to_s:g} s"
-            raise RecordError(f"{log_file}: {record.name} has {len(part)} rows {asked}; it lasts {record.t_s[-1]:g} s")
+            raise RecordError(
+                f"{log_file}: {record.name} has {counted(len(part), 'row')} {asked}; it lasts {record.t_s[-1]:g} s"
+            )
         if target is None:
             size = shutil.get_terminal_size((100, 30))
             click.echo(in_lines(log_figures.terminal_picture(part, min(size.columns, 120), min(size.lines - 2, 25))))

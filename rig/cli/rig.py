@@ -8,6 +8,7 @@ import click
 from rig.app.terminal import console, listing, styled
 from rig.cli.common import emit, json_option
 from rig.cli.outputs import Group, output_option
+from rig.counted import counted
 from rig.outputs import OutputKind
 
 
@@ -71,14 +72,12 @@ def check(rig_path: Path, json_to: str | None) -> None:
 
     found = inventory.inventory(compose.load(rig_path))
     screen = console(json_to)
-    screen.print(f"{rig_path}: ok: {found['rig']}, {found['period_ms']:g} ms, {_counted(len(found['devices']))}")
+    screen.print(
+        f"{rig_path}: ok: {found['rig']}, {found['period_ms']:g} ms, {counted(len(found['devices']), 'device')}"
+    )
     for warning in found["warnings"]:
         screen.print(styled(("warning:", "yellow"), f" {warning}"))
     emit({"file": str(rig_path), "ok": True, "rig": found["rig"], "warnings": found["warnings"]}, json_to)
-
-
-def _counted(devices: int) -> str:
-    return "1 device" if devices == 1 else f"{devices} devices"
 
 
 def _chosen(patterns: dict[str, str]) -> str:

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from rig.channels import FACT, Channels, common
 from rig.columns import rms, rows_in_force
+from rig.counted import counted
 from rig.errors import RecordError
 from rig.own_units import own_plain
 from rig.record import MAIN_COLUMNS, MOST_ROWS, Column, Record
@@ -171,14 +172,14 @@ def beside(a: Record, b: Record) -> ComparedPair:
     short = next((record for record in (a, b) if len(record) < 2), None)
     if short is not None:
         raise RecordError(
-            f"{_place(short)}: {short.name} has {len(short)} rows; two records are compared from 2 rows on"
+            f"{_place(short)}: {short.name} has {counted(len(short), 'row')}; two records are compared from 2 rows on"
         )
     shift_s = _shift(a, b)
     there = b.t_s - b.t_s[0] - shift_s
     here = a.t_s - a.t_s[0]
     rows = np.flatnonzero((here >= there[0] - _ROUNDING_S) & (here <= there[-1] + _ROUNDING_S))
     if len(rows) < LEAST_OVERLAP * min(len(a), len(b)) or len(rows) < 2:
-        raise RecordError(f"{a.name}: A and B have only {len(rows)} rows of A in common")
+        raise RecordError(f"{a.name}: A and B have only {counted(len(rows), 'row')} of A in common")
     ours = a.rows(rows)
     theirs = _at(b, there, here[rows], ours.t_s)
     return ComparedPair(a.name, ours, theirs, shift_s, _differences(ours, theirs))

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
+from rig.counted import counted
 from rig.errors import RigError
 
 if TYPE_CHECKING:
@@ -106,7 +107,7 @@ class EarlierDays:
     def listed(self) -> Iterator[str]:
         """A line for each day that is compared with."""
         for day in self.days:
-            yield f"earlier day {day.path}: {len(day.records)} records"
+            yield f"earlier day {day.path}: {counted(len(day.records), 'record')}"
 
     def lines(self) -> Iterator[str]:
         """The same, and a line for each that disagrees with the others."""

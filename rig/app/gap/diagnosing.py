@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rig.app.gap.baselines import EarlierDay, EarlierDays, days_in, earlier_days
+from rig.counted import counted
 from rig.errors import ConfigError, RigError
 from rig.outputs import OutputKind, write_text
 from rig.tags import told
@@ -154,7 +155,7 @@ class Campaign:
         lines = [f"{day}: {why}" for day, why in self.failed.items()]
         if lines:
             count = len(self.failed) + len(self.diagnoses)
-            lines[0] = f"{len(self.failed)} of {count} days could not be diagnosed: {lines[0]}"
+            lines[0] = f"{len(self.failed)} of {counted(count, 'day')} could not be diagnosed: {lines[0]}"
         if lines or self.unwritten:
             raise RigError("; ".join([*lines, *self.unwritten]))
 
@@ -171,7 +172,12 @@ def diagnose_campaign(
     with executor(dask, workers) as pool, progress("diagnosing", len(cases)) as update:
         update(0.0, first_time())
         outcomes = dict(
-            each(pool, partial(_diagnosed, options), cases, lambda done: update(done, f"{done} of {len(cases)} days"))
+            each(
+                pool,
+                partial(_diagnosed, options),
+                cases,
+                lambda done: update(done, f"{done} of {counted(len(cases), 'day')}"),
+            )
         )
     ordered = [(case.name, *outcomes[case.name]) for case in cases]
     found = {name: one for name, one, _ in ordered if one is not None}

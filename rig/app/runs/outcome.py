@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 from typing import Any, Final
 
 from rig.channels import PNEUMATIC, Channels
+from rig.counted import counted
 from rig.errors import CheckFailed, Interrupted, beside
 from rig.own_units import own_plain
 from rig.realtime.faults import Fault
@@ -90,7 +91,7 @@ class RunOutcome:
         if invalid:
             first = invalid[0]
             lost = (
-                f"{first.missed} ticks missed, {first.dropped} dropped"
+                f"{counted(first.missed, 'tick')} missed, {first.dropped} dropped"
                 if first.missed or first.dropped
                 else str(first.ended)
             )

@@ -18,6 +18,7 @@ from rig.cli.gap.check_options import (
 )
 from rig.cli.gap.options import html_option, page_option, path_type, workers_option
 from rig.cli.outputs import Group, options_behind_the_step, output_option
+from rig.counted import counted
 from rig.outputs import OutputKind
 
 if TYPE_CHECKING:
@@ -105,7 +106,7 @@ def answer(folder: Path, dask: str | None, workers: int | None) -> None:
     tokens = questions_in(place)
     chunks = [tokens[start : start + CHUNK] for start in range(0, len(tokens), CHUNK)]
     spread(partial(answer_chunk, place), chunks, len(tokens), "answers", dask, workers)
-    console().print(f"{folder}: {len(tokens)} answers")
+    console().print(f"{folder}: {counted(len(tokens), 'answer')}")
 
 
 @check.command(short_help="Open the labels and score the answers.")

@@ -7,6 +7,7 @@ import click
 from rig.app.terminal import console
 from rig.cli.common import emit, family_option, json_option
 from rig.cli.outputs import Command, figure_option, output_option
+from rig.counted import counted
 from rig.outputs import OutputKind
 
 
@@ -71,7 +72,7 @@ def simulate(
     for run in runs:
         off = "" if run.rmse_deg is None else own_text(f"{run.rmse_deg:.3f} deg", run.record.channels)
         compared = off and f", RMSE against the recording {off}"
-        terminal.print(f"{run.file}: {len(run.record)} ticks{compared}")
+        terminal.print(f"{run.file}: {counted(len(run.record), 'tick')}{compared}")
     if figure is not None:
         from rig.report.fit_figures import loops_figure, save_figure
 

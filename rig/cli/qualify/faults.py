@@ -8,6 +8,7 @@ import click
 from rig.app.terminal import console, listing, progress, styled
 from rig.cli.common import Number, emit, json_option
 from rig.cli.outputs import Command, output_option
+from rig.counted import counted
 from rig.outputs import OutputKind
 
 if TYPE_CHECKING:
@@ -99,7 +100,7 @@ def _one_by_one(names: tuple[str, ...], closed_loop: bool, dry_run: bool, json_t
     wrong = [finding for finding in findings if finding.problem]
     if wrong:
         raise CheckFailed(
-            f"{len(wrong)} of {len(findings)} faults did not end as they must; first: {wrong[0].row.name}: "
+            f"{len(wrong)} of {counted(len(findings), 'fault')} did not end as they must; first: {wrong[0].row.name}: "
             f"{wrong[0].problem}"
         )
 
@@ -118,7 +119,9 @@ def _soak(hours: float, real: bool, output: Path | None, json_to: str | None) ->
     emit({"soak": result}, json_to)
     blamed = result["machine"].get("not_valid_otherwise", result["not_valid"])
     if result["done"] != result["records"] or blamed:
-        raise CheckFailed(f"{result['done']} of {result['records']} records, {blamed} not valid; {result['error']}")
+        raise CheckFailed(
+            f"{result['done']} of {counted(result['records'], 'record')}, {blamed} not valid; {result['error']}"
+        )
 
 
 def _together(count: int, benches: tuple[str, ...], seed: int, json_to: str | None) -> None:

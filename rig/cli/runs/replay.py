@@ -7,6 +7,7 @@ import click
 from rig.app.terminal import console
 from rig.cli.common import Number, emit, force_option, json_option, rig_option
 from rig.cli.outputs import Command, figure_option, output_option
+from rig.counted import counted
 from rig.outputs import OutputKind
 
 
@@ -72,7 +73,7 @@ def replay(
         done.append(item)
         facts = item.comparison
         off = own_text(f"RMSE {facts['rmse_deg']:.4g} deg, largest {facts['max_deg']:.4g} deg", item.channels)
-        terminal.print(f"{item.file}: {off} over {facts['compared_ticks']} ticks")
+        terminal.print(f"{item.file}: {off} over {counted(facts['compared_ticks'], 'tick')}")
         terminal.print(f"  {item.figure}")
         for finding in item.departures:
             terminal.print(f"  {finding}")
@@ -83,4 +84,4 @@ def replay(
         item.outcome.judge()
     moved = sum(bool(item.departures) for item in done)
     if moved:
-        raise CheckFailed(f"{moved} of {len(done)} replays left the gate's tolerances")
+        raise CheckFailed(f"{moved} of {counted(len(done), 'replay')} left the gate's tolerances")

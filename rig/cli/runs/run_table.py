@@ -4,6 +4,7 @@ import math
 
 from rig.app.runs.outcome import RunOutcome
 from rig.app.terminal import console, listing, styled
+from rig.counted import counted
 
 
 def summary(outcome: RunOutcome, json_to: str | None) -> None:
@@ -17,4 +18,4 @@ def summary(outcome: RunOutcome, json_to: str | None) -> None:
     if outcome.runs:
         terminal.print(table)
         written = sum(not run.error for run in outcome.runs)
-        terminal.print(f"{written} of {outcome.planned} records in {outcome.runs[0].file.parent}")
+        terminal.print(f"{written} of {counted(outcome.planned, 'record')} in {outcome.runs[0].file.parent}")

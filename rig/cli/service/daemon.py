@@ -12,6 +12,7 @@ import click
 from rig.app.terminal import console
 from rig.cli.common import F, Number, emit, json_option, rig_option
 from rig.cli.outputs import Command
+from rig.counted import counted
 from rig.report.shown_text import in_one_line
 
 if TYPE_CHECKING:
@@ -154,8 +155,8 @@ def _say_what_would_go(settings: "DaemonSettings") -> None:
             f"{(operating_s - entry.operating_s) / 86400:.1f} days of the daemon's running ago",
         )
     say(
-        f"{len(due)} of {len(entries)} records of this daemon, {sum(entry.size for entry in due) / 1e9:.3f} GB; "
-        "nothing was removed"
+        f"{len(due)} of {counted(len(entries), 'record')} of this daemon, "
+        f"{sum(entry.size for entry in due) / 1e9:.3f} GB; nothing was removed"
     )
 
 
@@ -232,7 +233,7 @@ def start(client: Any, sweeps: tuple[Path, ...], pause_s: float, first: bool, on
     if not sweeps and not waiting:
         console().print("the queue is worked on already")
     for job in jobs:
-        console().print(f"job {job['id']}: {job['sweep']}, {job['records']} records, {job['seconds']:.0f} s")
+        console().print(f"job {job['id']}: {job['sweep']}, {counted(job['records'], 'record')}, {job['seconds']:.0f} s")
     if wait:
         leaving = () if before == "leave" else [job["id"] for job in waiting]
         queued.wait(client, [*leaving, *(job["id"] for job in jobs)])

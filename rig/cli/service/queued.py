@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from rig.app.terminal import console, listing
+from rig.counted import counted
 from rig.errors import CheckFailed
 
 if TYPE_CHECKING:
@@ -26,7 +27,9 @@ def interrupted(status: dict[str, Any]) -> list[Job]:
 def described(jobs: Iterable[Job]) -> str:
     """What would move, with its length."""
     jobs = list(jobs)
-    names = ", ".join(f"{job['name']} ({job['total'] - job['done']} of {job['total']} records)" for job in jobs)
+    names = ", ".join(
+        f"{job['name']} ({job['total'] - job['done']} of {counted(job['total'], 'record')})" for job in jobs
+    )
     return f"{names}; {sum(map(_seconds_left, jobs)):.0f} s"
 
 
@@ -66,12 +69,16 @@ def wait(client: "Client", ids: Collection[int]) -> None:
     status = client.wait()
     jobs = [job for job in status["queue"] if job["id"] in ids]
     for job in jobs:
-        console().print(f"job {job['id']} {job['name']}: {job['state']}, {job['done']} of {job['total']} records")
+        console().print(
+            f"job {job['id']} {job['name']}: {job['state']}, {job['done']} of {counted(job['total'], 'record')}"
+        )
     if fault := status["fault"]:
         raise CheckFailed(f"{fault['name']}: {fault['cause']}")
     for job in jobs:
         if job["state"] != "done" or job.get("not_valid"):
-            why = job["error"] or (f"{job['not_valid']} records not valid" if job.get("not_valid") else job["state"])
+            why = job["error"] or (
+                f"{counted(job['not_valid'], 'record')} not valid" if job.get("not_valid") else job["state"]
+            )
             raise CheckFailed(f"job {job['id']} {job['name']}: {why}")
 
 

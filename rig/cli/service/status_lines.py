@@ -6,6 +6,7 @@ from typing import Any, Final
 from rich.markup import escape
 
 from rig.channels import PNEUMATIC, Channels, channels_of
+from rig.counted import counted
 from rig.report.shown_text import in_one_line
 
 COLOURS = {"disarmed": "white", "armed": "yellow", "running": "green", "done": "cyan", "fault": "bold red"}
@@ -45,8 +46,8 @@ def status_lines(status: dict[str, Any]) -> Iterator[str]:
     if due := status.get("retention"):
         first_h = due["first_in_s"] / 3600
         yield (
-            f"[yellow]retention: {due['announced']} records will be removed, the first in {first_h:.1f} h[/]; "
-            "the log names them"
+            f"[yellow]retention: {counted(due['announced'], 'record')} will be removed, the first in "
+            f"{first_h:.1f} h[/]; the log names them"
         )
 
 
@@ -69,7 +70,8 @@ def queue_lines(status: dict[str, Any]) -> Iterator[str]:
     for job in [job for job in over[-1:] if job["state"] == "failed" or job.get("not_valid")] + left:
         spoilt = f", {job['not_valid']} not valid" if job.get("not_valid") else ""
         why = f" ({job['error']})" if job["error"] else ""
-        line = f"job {job['id']} {job['name']}: {job['state']}, {job['done']} of {job['total']} records{spoilt}{why}"
+        done = f"{job['done']} of {counted(job['total'], 'record')}"
+        line = f"job {job['id']} {job['name']}: {job['state']}, {done}{spoilt}{why}"
         yield f"[red]{line}[/]" if job["state"] == "failed" or spoilt else line
     if left:
         yield f"{status['left_s']:.0f} s of work left" + ("" if status["working"] else "; held: `pamrig start` goes on")

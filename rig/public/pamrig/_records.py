@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 import rig.record
 from pamrig._picture import Picture, html_table, shown
 from pamrig._places import place_of, require_one_of
+from rig.counted import counted
 from rig.errors import RecordError
 from rig.log import reader
 
@@ -96,7 +97,7 @@ class Record(rig.record.Record):
             for name, column in self.own_columns().items()
             if name not in self.extra and np.isfinite(column).any()
         ]
-        title = f"{self.name}: {len(self)} rows, every {1e3 * self.period_s:.3g} ms"
+        title = f"{self.name}: {counted(len(self), 'row')}, every {1e3 * self.period_s:.3g} ms"
         return html_table(("column", "lowest", "highest"), rows, title)
 
 

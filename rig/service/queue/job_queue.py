@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from rig.config import structure
+from rig.counted import counted
 from rig.errors import ConfigError, RigError
 from rig.fields import bounded
 from rig.service.records.durable_file import put_aside, write_durably
@@ -147,11 +148,13 @@ class Queue:
         left = self.left(only)
         if not left:
             return ""
-        named = ", ".join(f"{job.name} ({job.total - job.done} of {job.total} records)" for job in left[:_NAMED])
+        named = ", ".join(
+            f"{job.name} ({job.total - job.done} of {counted(job.total, 'record')})" for job in left[:_NAMED]
+        )
         more = f" and {len(left) - _NAMED} more" if len(left) > _NAMED else ""
-        sweeps = "1 sweep" if len(left) == 1 else f"{len(left)} sweeps"
+        sweeps = counted(len(left), "sweep")
         records = sum(job.total - job.done for job in left)
-        return f"{sweeps} of before: {named}{more}; {records} records, {self.seconds_left(only):.0f} s"
+        return f"{sweeps} of before: {named}{more}; {counted(records, 'record')}, {self.seconds_left(only):.0f} s"
 
     def save(self) -> None:
         """Onto the disk, whole or not at all. RigError when the folder takes nothing."""

@@ -9,6 +9,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any, Final, TypeVar
 
+from rig.counted import counted
 from rig.errors import RigError
 from rig.log.mcap.schema import Ended
 from rig.outputs import file_name
@@ -200,7 +201,7 @@ class QueueRunner:
             if stopped:
                 return  # by the operator: it is made again when the job goes on
             if not result.complete:
-                lost = f"{result.missed} ticks missed and {result.dropped} dropped"
+                lost = f"{counted(result.missed, 'tick')} missed and {result.dropped} dropped"
                 self._give_up(job, JobState.STOPPED, f"{result.file.name}: {lost}: the sweep is not whole")
                 return
             job.done += 1

@@ -13,6 +13,7 @@ from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any
 
+from rig.counted import counted
 from rig.errors import RecordError, StateError
 from rig.log.mcap.writer import RunWriter
 from rig.realtime.faults import Fault, explain
@@ -293,7 +294,7 @@ def _news(before: Sample | None, now: Sample, ring: Ring) -> list[tuple[str, str
     if before is None or before.phase != now.phase:
         lines.append(("info", f"phase {Phase(now.phase).name.lower()}, state {State(now.state).name.lower()}"))
     if now.missed:
-        lines.append(("warning", f"{now.missed} ticks missed before tick {now.tick}"))
+        lines.append(("warning", f"{counted(now.missed, 'tick')} missed before tick {now.tick}"))
     if now.fault and (before is None or before.fault != now.fault):
         lines.append(
             ("fatal" if now.fault != Fault.ESTOP else "error", explain(now.fault, message_of(now.fault, ring)))

@@ -74,7 +74,7 @@ def test_after_an_emergency_stop_a_new_sweep_asks_before_the_old_queue_moves(ben
     bench.wait(lambda: client.status()["fault"], "the fault")
     bench.wait(lambda: not client.status()["working"], "the queue runner to hold")
     client.reset()
-    assert any("the queue holds 1 sweep of before: long (1 of 1 records); 1 records" in line for line in client.arm())
+    assert any("the queue holds 1 sweep of before: long (1 of 1 record); 1 record" in line for line in client.arm())
     short = bench.folder / "short.yaml"
     with pytest.raises(StateError, match=r"the queue holds 1 sweep of before: long .*`pamrig start --only` leaves it"):
         client.start(short)
@@ -169,7 +169,7 @@ def test_start_and_queue_say_what_moves_and_how_it_ended(bench: FaultBench, clie
     refused = call(cli_daemon.start, [short, "--socket", str(bench.socket)])
     assert isinstance(refused.exception, StateError)
     on = call(cli_daemon.start, ["--socket", str(bench.socket)])
-    assert on.output.startswith("going on with the queue: long (1 of 1 records); 60 s"), on.output
+    assert on.output.startswith("going on with the queue: long (1 of 1 record); 60 s"), on.output
     bench.wait(lambda: client.status()["record"], "the record")
     client.stop()
     client.wait()

@@ -107,7 +107,7 @@ def test_cut_short_by_a_fault_it_says_so_and_goes_on_as_a_job_like_any_other(
     found = first_step(bench, watcher, options)
     assert found.hunt.steps[0].done
     assert any(line.startswith("record ") and "s left" in line for line in watcher.seen)
-    assert any("step_1: running, 0 of 1 records" in line for line in watcher.seen)
+    assert any("step_1: running, 0 of 1 record" in line for line in watcher.seen)
     job = [one for one in watcher.status()["queue"] if one["name"] == "step_1"][-1]
     assert job["state"] == "done"
     (record,) = read(options.folder / found.hunt.steps[0].records)

@@ -131,7 +131,7 @@ def swept() -> Window:
 
 def test_a_job_that_failed_is_shown_until_another_is_over() -> None:
     job = {"id": 1, "name": "a", "state": "failed", "done": 0, "total": 1, "error": "a.yaml: no such file"}
-    assert "job 1 a: failed, 0 of 1 records (a.yaml: no such file)" in shown(status(queue=[job]), empty())
+    assert "job 1 a: failed, 0 of 1 record (a.yaml: no such file)" in shown(status(queue=[job]), empty())
     assert "failed" not in shown(status(queue=[job, job | {"state": "done", "error": ""}]), empty())
 
 

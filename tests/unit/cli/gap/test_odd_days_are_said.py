@@ -75,9 +75,9 @@ def test_which_days_and_which_is_odd(name: str, days: Path, monkeypatch: pytest.
     done = CliRunner().invoke(gap, call, catch_exceptions=False)
     assert done.exit_code == 0, done.output
     for day in ("a", "b"):
-        assert f"earlier day {days / day}: 1 records" in done.output
+        assert f"earlier day {days / day}: 1 record" in done.output
     assert f"earlier day {days / 'sick'}" not in done.output
     assert f"note: {days / 'sick'} is left out" in done.output
     done = CliRunner().invoke(gap, [*call, "--every-day"], catch_exceptions=False)
-    assert f"earlier day {days / 'sick'}: 1 records" in done.output
+    assert f"earlier day {days / 'sick'}: 1 record" in done.output
     assert f"note: {days / 'sick'} disagrees with the other days" in done.output

@@ -41,7 +41,7 @@ def test_json_goes_into_a_file_and_the_table_to_the_terminal(sweep: Path, tmp_pa
     done = pamrig("run", sweep, "--clock", "virtual", "--out", tmp_path / "out", "--json", tmp_path / "r.json")
     assert json.loads((tmp_path / "r.json").read_text())["runs"][0]["valid"] is True
     assert "sine_2hz_0.10mpa" in done.stdout
-    assert "1 of 1 records" in done.stdout
+    assert "1 of 1 record" in done.stdout
 
 
 def test_without_out_the_records_lie_under_logs(sweep: Path, tmp_path: Path) -> None:

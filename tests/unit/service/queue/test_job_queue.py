@@ -159,7 +159,7 @@ def test_what_an_interrupted_queue_holds_is_named_with_its_length(tmp_path: Path
     for name in ("b", "c", "d"):
         jobs.add(Path(f"/{name}.yaml"), name, 1, 10.0, 0.0)
     assert (
-        "4 sweeps of before: paper (13 of 15 records), b (1 of 1 records), c (1 of 1 records) and 1 more; 16"
+        "4 sweeps of before: paper (13 of 15 records), b (1 of 1 record), c (1 of 1 record) and 1 more; 16"
         in jobs.described()
     )
 

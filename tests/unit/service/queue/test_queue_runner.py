@@ -141,7 +141,7 @@ def test_only_the_jobs_that_were_asked_for_are_begun(tmp_path: Path) -> None:
     async def look() -> tuple[Job, Job, str]:
         work, queue = runner(tmp_path, 0.0)
         old, new = (queue.add(tmp_path / f"{name}.yaml", name, 1, 10.0, 0.0) for name in ("old", "new"))
-        assert "2 sweeps of before: old (1 of 1 records), new" in work.interrupted
+        assert "2 sweeps of before: old (1 of 1 record), new" in work.interrupted
         work.go_on([new.id])
         assert work.interrupted.startswith("1 sweep of before: old")
         task = asyncio.create_task(work.run())
@@ -153,7 +153,7 @@ def test_only_the_jobs_that_were_asked_for_are_begun(tmp_path: Path) -> None:
 
     old, new, left = asyncio.run(asyncio.wait_for(look(), 30.0))
     assert (old.state, new.state) == (JobState.WAITING, JobState.FAILED)  # there is no such file
-    assert left == "1 sweep of before: old (1 of 1 records); 1 records, 10 s"
+    assert left == "1 sweep of before: old (1 of 1 record); 1 record, 10 s"
 
 
 def test_who_adds_to_work_on_some_jobs_alone_does_not_set_the_others_in_motion(tmp_path: Path) -> None:
@@ -169,7 +169,7 @@ def test_who_adds_to_work_on_some_jobs_alone_does_not_set_the_others_in_motion(t
     work.go_on()
     assert (work.working, work.interrupted) == (True, "")
     work.hold()
-    assert work.interrupted == "1 sweep of before: old (1 of 1 records); 1 records, 10 s"
+    assert work.interrupted == "1 sweep of before: old (1 of 1 record); 1 record, 10 s"
 
 
 class SlowPlanner(Planner):
