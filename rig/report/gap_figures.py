@@ -44,7 +44,7 @@ def figures(diagnosis: Diagnosis, grounds: Grounds) -> list[tuple[str, str]]:
     if diagnosis.causes:
         drawn.append(
             (
-                "The chain from the command to the sensor, with the share of the gap at each stage",
+                "The chain from the command to the sensor, with each stage's share of what the causes close",
                 lambda: _chain(diagnosis),
             )
         )
@@ -115,7 +115,7 @@ def _visible(grounds: Grounds, gap: Column, index: int) -> bool:
 
 
 def _chain(diagnosis: Diagnosis) -> "Figure":
-    """Boxes from the command to the sensor: the fuller, the larger the share of the gap."""
+    """Boxes from the command to the sensor: the fuller, the larger the share of what the causes close."""
     from matplotlib.patches import Rectangle
 
     figure = _figure(8.0, 1.7)

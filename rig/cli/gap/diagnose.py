@@ -135,6 +135,7 @@ def _show(diagnosis: "Diagnosis", name: str | None, json_to: str | None) -> None
     """The summary for a person."""
     from rig.gap.answer.words.notes import told_notes
     from rig.gap.answer.words.sentences import answers, chain_rows, stage_name
+    from rig.gap.answer.words.shares import BY_CAUSES, shares_along
     from rig.own_units import speaker
 
     out, say = console(json_to), speaker(diagnosis.channels)
@@ -143,10 +144,11 @@ def _show(diagnosis: "Diagnosis", name: str | None, json_to: str | None) -> None
     for question, answer in answers(diagnosis).items():
         out.print(styled((question, "bold"), f"  {say(answer)}"))
     if rows := chain_rows(diagnosis):
-        stages = listing("stage", "share of the gap", "found there")
+        stages = listing("stage", BY_CAUSES, "found there")
         for row in rows:
             stages.add_row(*row)
         out.print(stages)
+        out.print(say(shares_along(diagnosis)))
     if diagnosis.ranking:
         table = listing("alone", "stage", "judged on", "explains", "probability")
         for line in diagnosis.ranking[:6]:

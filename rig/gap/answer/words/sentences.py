@@ -358,7 +358,7 @@ def why_no_next(diagnosis: Diagnosis) -> str:
 
 
 def chain_rows(diagnosis: Diagnosis) -> list[tuple[str, str, str]]:
-    """(stage, share of the gap, what was found there) of every stage, for a table."""
+    """(stage, share of what the causes close, what was found there) of every stage, for a table."""
     lines = diagnosis.where.chain if diagnosis.causes else []
     if not diagnosis.channels.has_valves:
         lines = [line for line in lines if line.stage != VALVES]

@@ -1,10 +1,12 @@
-"""Notes for a person: what several records have alike is told once."""
+"""Notes and shares for a person: what several records have alike is told once, and of what a share is."""
 
 from dataclasses import replace
 
 from support.records.told_answers import told
 
+from rig.gap.answer.facts import Where
 from rig.gap.answer.words.notes import told_notes
+from rig.gap.answer.words.shares import shares_along
 
 ASKED = "the model diverges under this input; left out"
 
@@ -27,3 +29,10 @@ def test_equal_notes_of_several_records_are_one_line() -> None:
         "sine_8: the command has holes",
         "the model is driven by the command",
     ]
+
+
+def test_two_kinds_of_shares_are_told_apart() -> None:
+    said = shares_along(told())
+    assert said.startswith("A stage's share is what its causes close")
+    assert said.endswith("90 % of the gap come through them and 10 % from behind them.")
+    assert "pressures" not in shares_along(replace(told(), where=Where("joint")))
