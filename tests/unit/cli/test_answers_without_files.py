@@ -96,7 +96,7 @@ def test_what_became_of_the_rig_is_told_where_its_result_cannot_be_written(
 def test_a_check_that_fails_says_so_where_its_result_cannot_be_written(tmp_path: Path) -> None:
     (tmp_path / "cut.mcap").write_bytes(b"no log")
     error = run("log", "check", tmp_path / "cut.mcap", "--json", "/dev/full").exception
-    assert str(error) == f"1 of 1 logs not in order; {NO_JSON}"
+    assert str(error) == f"1 of 1 log not in order; {NO_JSON}"
     assert type(error) is CheckFailed
 
 

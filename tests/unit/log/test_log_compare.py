@@ -103,7 +103,7 @@ def test_a_repeat_goes_with_the_same_repeat_where_another_is_missing() -> None:
     [
         ([chirp(name="one")] * 2, [chirp(name="two")], "no record of A is called like one of B: one"),
         ([replace(chirp(), angle_deg=None)], [chirp()], "it has no angle"),
-        ([chirp(count=1)], [chirp()], "chirp has 1 rows; two records are compared from 2 rows on"),
+        ([chirp(count=1)], [chirp()], "chirp has 1 row; two records are compared from 2 rows on"),
         ([chirp()], [chirp().rows(slice(0, 0))], "chirp has 0 rows"),
         ([LEAPS], [LEAPS], "1600 rows over 1e.09 s are 2e.11 rows of 5 ms; allowed: 20000000"),
         ([chirp(count=1600)], [replace(chirp(), angle_deg=np.full(1600, np.nan))], "no row in common"),
