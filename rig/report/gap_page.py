@@ -7,7 +7,7 @@ from rig.gap.answer.result import Diagnosis
 from rig.gap.answer.words.compared import SOURCES, from_model
 from rig.gap.answer.words.notes import told_notes
 from rig.gap.answer.words.sentences import answers, chain_rows, stage_name
-from rig.gap.answer.words.shares import shares_along
+from rig.gap.answer.words.shares import BY_CAUSES, shares_along
 from rig.gap.answer.words.sizes import percent
 from rig.gap.pipeline import Grounds
 from rig.gap.reference.kinds import Kind as Reference
@@ -43,6 +43,7 @@ def page(diagnosis: Diagnosis, grounds: Grounds, model: Model, origin: Mapping[s
         percent=percent,
         stage_name=stage_name,
         chain=chain_rows(diagnosis),
+        by_causes=BY_CAUSES,
         shares=shares_along(diagnosis),
         figures=figures(diagnosis, grounds),
         assumed=_assumed(diagnosis, grounds, model),

@@ -19,6 +19,7 @@ from rig.blind_check.generate import draw, open_labels
 from rig.blind_check.modes import GROUPS, measures_of, names_of
 from rig.blind_check.real_source import RecordsSource
 from rig.blind_check.source import Source
+from rig.counted import counted
 from rig.errors import ConfigError, RecordError
 from rig.gap.hypotheses.library import LIBRARY
 from rig.gap.settings import fitted
@@ -67,7 +68,7 @@ def _modes_of(records: Path, groups: Sequence[str]) -> tuple[str, ...]:
     can = tuple(name for name in ("days", "one_day", "fingerprint") if name != "days" or sessions > DAYS_NEED)
     if lacking := next((name for name in groups if name not in can), None):
         raise ConfigError(
-            f"--modes {lacking}: cannot be asked of {records} ({sessions} session{'s' if sessions > 1 else ''}); "
+            f"--modes {lacking}: cannot be asked of {records} ({counted(sessions, 'session')}); "
             f"allowed: {', '.join(can)}; days needs {DAYS_NEED + 1} sessions, a folder each"
         )
     return tuple(groups) or can

@@ -14,7 +14,7 @@ from rig.errors import ConfigError
 from rig.excite.experiment import expand, load_sweep
 from rig.excite.setpoints import around
 from rig.log.convert import write_record
-from rig.log.reader import read
+from rig.log.reader import is_mcap, read
 from rig.model.external.simulator import KIND as EXTERNAL
 from rig.model.parameters import Input, Model, load_model
 from rig.model.resample import set_points
@@ -104,7 +104,7 @@ def simulate_all(commands: Path, simulator: Simulator, output: Path) -> Iterator
     """Every record of the commands through the simulator, each written where it belongs: one into a .mcap, several into
     a folder."""
     records = commands_of(commands, simulator.period_s)
-    one = len(records) == 1 and output.suffix.lower() == ".mcap"
+    one = len(records) == 1 and is_mcap(output)
     files = [output] if one else targets_in(output, (record.name for record in records), ".mcap")
     for record, file, at_s in zip(records, files, begun_s(records).tolist(), strict=True):
         simulated = simulator.answer(record, at_s)

@@ -149,7 +149,7 @@ def replay_all(job: ReplayJob, options: ReplayOptions) -> Iterator[Replayed]:
     rig that was stopped does not move again for the next one. CheckFailed, with what is known of the safe state, when
     nothing can be compared."""
     out = options.out or record_folders.new_folder("replay")
-    single = out.suffix.lower() == ".mcap" and len(job.recordings) == 1
+    single = reader.is_mcap(out) and len(job.recordings) == 1
     targets = [out] if single else targets_in(out, (recording.name for recording in job.recordings), ".mcap")
     if len(targets) > 1 and options.figure is not None and options.figure.suffix:
         raise RecordError(f"--figure {options.figure}: {len(targets)} replays need a figure each; give a folder")

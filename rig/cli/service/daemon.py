@@ -270,7 +270,7 @@ def mark(client: Any, text: str) -> None:
 def clear(client: Any) -> None:
     """Take what waits, was stopped or failed out of the queue; what runs goes on."""
     count = len(client.call("clear")["cleared"])
-    console().print(f"{count} {'job' if count == 1 else 'jobs'} taken out of the queue")
+    console().print(f"{counted(count, 'job')} taken out of the queue")
 
 
 @_client_command("estop")

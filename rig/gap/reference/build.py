@@ -16,6 +16,7 @@ import numpy as np
 
 from rig.columns import rms
 from rig.config import suggest
+from rig.counted import counted
 from rig.errors import ConfigError, ModelError
 from rig.gap.records.pairs import Pair, Pairing
 from rig.gap.records.usable import check_direction
@@ -142,9 +143,7 @@ def choose(asked: str, model: Model | None, sessions: int) -> Kind:
     kind = Kind(asked)
     least = {Kind.SESSIONS: 2, Kind.SESSION: 1}.get(kind, 0)
     if sessions < least:
-        raise ConfigError(
-            f"--reference {kind}: needs {least} earlier day{'s' if least > 1 else ''} by --baseline, {sessions} given"
-        )
+        raise ConfigError(f"--reference {kind}: needs {counted(least, 'earlier day')} by --baseline, {sessions} given")
     if kind is Kind.FINGERPRINT and trouble:
         raise ConfigError(
             f"--reference fingerprint: {trouble}; `pamrig identify` writes one, and `--reference simulator` does "

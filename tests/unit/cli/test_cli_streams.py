@@ -174,20 +174,27 @@ main()
     assert (done.returncode, done.stderr) == (status, "")
 
 
-def test_ctrl_c_during_the_work_is_one_line_and_status_130(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def ended_by(
+    error: BaseException, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> tuple[object, str]:
+    """Status and error output of a command whose work ends in this error."""
     from rig.cli.commands import main
     from rig.cli.completion import completion
 
-    def interrupted(**_: object) -> None:
-        raise KeyboardInterrupt
+    def work(**_: object) -> None:
+        raise error
 
-    monkeypatch.setattr(completion, "callback", interrupted)
+    monkeypatch.setattr(completion, "callback", work)
     monkeypatch.setattr(sys, "argv", ["pamrig", "completion", "bash"])
     with pytest.raises(SystemExit) as ended:
         main()
-    assert (ended.value.code, capsys.readouterr().err) == (130, "pamrig: interrupted\n")
+    return ended.value.code, capsys.readouterr().err
+
+
+def test_ctrl_c_during_the_work_is_one_line_and_status_130(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert ended_by(KeyboardInterrupt(), monkeypatch, capsys) == (130, "pamrig: interrupted\n")
 
 
 @pytest.mark.parametrize(
@@ -201,15 +208,5 @@ def test_ctrl_c_during_the_work_is_one_line_and_status_130(
 def test_a_command_that_gets_no_memory_says_so_in_one_line(
     error: Exception, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    from rig.cli.commands import main
-    from rig.cli.completion import completion
-
-    def starved(**_: object) -> None:
-        raise error
-
-    monkeypatch.setattr(completion, "callback", starved)
-    monkeypatch.setattr(sys, "argv", ["pamrig", "completion", "bash"])
-    with pytest.raises(SystemExit) as ended:
-        main()
     said = "pamrig: not enough memory for this command (`ulimit -v`, or a limit of its container or service?)\n"
-    assert (ended.value.code, capsys.readouterr().err) == (2, said)
+    assert ended_by(error, monkeypatch, capsys) == (2, said)
