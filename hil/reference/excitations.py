@@ -86,16 +86,6 @@ _SHAPES = {
 }
 
 
-def paper_set(p0_mpa: float = 0.2) -> list[Excitation]:
-    """The paper's signals as used for identification: 20 s each."""
-    rows = (
-        ("sine", 0.5, 0.2), ("triangle", 0.5, 0.2), ("mixed", 0.5, 0.1), ("sine", 0.2, 0.2), ("sine", 0.8, 0.2),
-        ("sine", 0.35, 0.15),
-        ("triangle", 0.3, 0.12),
-    )  # fmt: skip
-    return [Excitation(kind, frequency, amplitude, p0_mpa) for kind, frequency, amplitude in rows]
-
-
 def draw_set(random: Generator, n: int, p0_mpa: float) -> list[Excitation]:
     """n excitations of different kind, frequency and amplitude: three of the paper's at drawn sizes, the rest of any
     kind."""

@@ -20,7 +20,7 @@ from hil.reference.cases import (
     realise_in_range,
     record_day,
 )
-from hil.reference.excitations import Excitation, paper_set
+from hil.reference.excitations import Excitation, draw_set, draw_untouched
 from hil.reference.families import disturbance, family, run, unit
 from hil.reference.names import JUDGE, NAMES
 from rig.app.gap.levels import known_families
@@ -176,8 +176,11 @@ def test_a_case_is_made_to_order(build):
     assert healthy.ratio_angle == 0.0
 
 
-def test_paper_set_stays_inside_the_regulators_range():
-    for excitation in paper_set():
+@pytest.mark.parametrize("p0_mpa", [0.18, 0.25])
+def test_drawn_sets_stay_inside_the_regulators_range(p0_mpa: float):
+    random = np.random.default_rng(3)
+    drawn = [one for _ in range(20) for one in (*draw_set(random, 7, p0_mpa), *draw_untouched(random, p0_mpa))]
+    for excitation in drawn:
         half = 0.5 * excitation.dp_mpa()
         assert (excitation.p0_mpa - np.abs(half)).min() >= 0.005
         assert (excitation.p0_mpa + np.abs(half)).max() <= 0.5
