@@ -295,15 +295,15 @@ def _check_broken(found: Calibration, default: Calibration) -> None:
         )
 
 
-def complaint(role: str, taken: Taken, today: datetime.date, max_age_days: int = MAX_AGE_DAYS) -> str | None:
+def complaint(role: str, taken: Taken, today: datetime.date) -> str | None:
     """One line about a calibration that is missing, old, or dated in the future; None when it is fine."""
     age = taken.age_days(today)
     if age is None:
         return f"{role}: nominal values, never calibrated; run `pamrig devices calibrate`"
     if age < 0:
         return f"{role}: calibrated on {taken.date}, which lies in the future: is the clock right?"
-    if age > max_age_days:
-        return f"{role}: calibrated on {taken.date}, {age} days ago; more than {max_age_days} days is old"
+    if age > MAX_AGE_DAYS:
+        return f"{role}: calibrated on {taken.date}, {age} days ago; more than {MAX_AGE_DAYS} days is old"
     return None
 
 

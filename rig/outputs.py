@@ -110,13 +110,7 @@ def _refusal(path: Path, kind: OutputKind, make_folder: bool) -> str:
         if os.path.isdir(path):
             return "" if os.access(path, os.W_OK) else "not allowed there"
     if os.path.exists(path) and os.path.isdir(path) != (kind is OutputKind.FOLDER):
-        return (
-            "it is a folder"
-            if os.path.isdir(path)
-            else ""
-            if kind is not OutputKind.FOLDER
-            else "it is a file, and a folder is wanted"
-        )
+        return "it is a folder" if os.path.isdir(path) else "it is a file, and a folder is wanted"
     if _is_stream(path):
         return "" if os.access(path, os.W_OK) else "not allowed there"
     above = path.resolve().parent

@@ -93,7 +93,7 @@ class ItvLink:
                 **native,
             )  # fmt: skip
         except (OSError, ValueError, termios.error) as error:  # SerialException is an OSError; termios.error is not
-            raise DeviceError(f"{self._where}: {_why_not(error, port.device)}") from None
+            raise DeviceError(f"{self._where}: {_why_not(error)}") from None
 
     def exchange(self, outputs: tuple[float, ...] | None, fresh: bool, urgent: bool) -> Exchange:
         """A new set-point goes first, but never twice running without a monitor reading between, unless it is
@@ -200,7 +200,7 @@ class ItvLink:
                 wire.close()
 
 
-def _why_not(error: Exception, device: str) -> str:
+def _why_not(error: Exception) -> str:
     number = getattr(error, "errno", None)
     if number == errno.ENOENT:
         known = ", ".join(sorted(found.device for found in list_ports.comports())) or "none"

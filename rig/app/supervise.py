@@ -55,7 +55,7 @@ def make_safe(rig: RigConfig) -> Outcome:
     )
 
 
-def parts_of(rig: RigConfig, *, virtual: bool = False, seed: int | None = None) -> SessionParts:
+def parts_of(rig: RigConfig, *, virtual: bool = False) -> SessionParts:
     """What the daemon's session monitor needs to make the processes of this rig. A virtual rig moves nothing and has no
     supervisor."""
     return SessionParts(
@@ -64,7 +64,6 @@ def parts_of(rig: RigConfig, *, virtual: bool = False, seed: int | None = None) 
         watching=None if virtual else watching(rig),
         simulated=compose.is_simulated(rig),
         virtual=virtual,
-        seed=seed,
         warnings=lambda: _warnings(rig),
         sweeps=(shipped.configs() / "sweeps",),
         models=(shipped.configs() / "models",),

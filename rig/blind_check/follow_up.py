@@ -71,12 +71,10 @@ def commands_of(config: Any) -> Commands:
     return {plan.name: (*around(plan.p0_mpa, np.asarray(plan.dp_mpa, float)), PERIOD_NS * 1e-9) for plan in plans}
 
 
-def rounds_of(
-    folder: CheckFolder, token: str, truth: Truth, facts: Facts, rounds: int = ROUNDS
-) -> dict[str, list[Round]]:
+def rounds_of(folder: CheckFolder, token: str, truth: Truth, facts: Facts) -> dict[str, list[Round]]:
     """Mode by mode the scored answers after each further experiment, with what that had promised."""
     found: dict[str, list[Round]] = {}
-    for number in range(1, rounds + 1):
+    for number in range(1, ROUNDS + 1):
         answered = _round(folder, number).answer(token)
         if not answered.exists():
             break

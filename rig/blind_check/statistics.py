@@ -18,6 +18,10 @@ SAME: Final = 0.01
 """Nearer to all than this is all."""
 CLOSE: Final = 0.05
 """Predicted and realised explained fraction agree within this."""
+DEALS: Final = 200
+"""Times that labels are dealt anew: their mean is known to 7 % of one deal's spread (1 / sqrt 200)."""
+BINS: Final = 5
+"""Of stated confidence. More: too few cases in each for a rate; fewer: over- and under-confidence cancel."""
 
 
 def mode_result(rows: Sequence[Row]) -> dict[str, Any]:
@@ -136,7 +140,7 @@ def naive_result(answers: Sequence[tuple[Row, str]], same_class: Callable[[str, 
     }
 
 
-def shuffled_control(rows: Sequence[Row], seed: int, rounds: int = 200) -> dict[str, Any]:
+def shuffled_control(rows: Sequence[Row], seed: int) -> dict[str, Any]:
     """The exact names against labels dealt anew among the cases: what chance reaches. A leak into the answers cannot
     move this one, and a score near it says that the answers know nothing.
     """
@@ -148,20 +152,20 @@ def shuffled_control(rows: Sequence[Row], seed: int, rounds: int = 200) -> dict[
             bool(row.names) and row.names[0] == truths[k]
             for row, k in zip(single, random.permutation(len(truths)), strict=True)
         )
-        for _ in range(rounds)
+        for _ in range(DEALS)
     ]
     return {
         "exact_first_mean": mean(hit / len(single) for hit in hits) if single else None,
         "n": len(single),
-        "rounds": rounds,
+        "rounds": DEALS,
     }
 
 
-def reliability(rows: Sequence[Row], bins: int = 5) -> list[dict[str, Any]]:
-    """Stated confidence of the first name against how often it was right, in bins of equal numbers of cases."""
+def reliability(rows: Sequence[Row]) -> list[dict[str, Any]]:
+    """Stated confidence of the first name against how often it was right, in BINS of equal numbers of cases."""
     stated = [(row.confidence, bool(row.exact)) for row in rows if row.confidence is not None]
     stated.sort(key=lambda one: one[0])
-    parts = [part for part in np.array_split(np.arange(len(stated)), bins) if len(part)]
+    parts = [part for part in np.array_split(np.arange(len(stated)), BINS) if len(part)]
     return [
         {
             "stated": mean(stated[i][0] for i in part),

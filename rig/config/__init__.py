@@ -40,10 +40,10 @@ def structure(raw: object, schema: type[T], where: str) -> T:
     return structured(raw, schema, where)
 
 
-def read_yaml(path: Path, most_bytes: int = MOST_BYTES) -> object:
+def read_yaml(path: Path) -> object:
     """The YAML at `path` as plain data; ConfigError names the line when it is broken, and what is too large before it
     is built."""
-    return parse_yaml(read_text(path, most_bytes), path)
+    return parse_yaml(read_text(path), path)
 
 
 def parse_yaml(text: str, path: Path) -> object:

@@ -66,9 +66,9 @@ class Tuned:
     """On the model with gain and lag off, and later."""
 
 
-def responses(plant: Plant, amplitudes_mpa: Sequence[float] = AMPLITUDES_MPA) -> list[FrequencyResponse]:
-    """The plant at several amplitudes."""
-    return [best_linear_approximation(plant, amplitude) for amplitude in amplitudes_mpa]
+def responses(plant: Plant) -> list[FrequencyResponse]:
+    """The plant at each of AMPLITUDES_MPA."""
+    return [best_linear_approximation(plant, amplitude) for amplitude in AMPLITUDES_MPA]
 
 
 def tune(

@@ -12,14 +12,11 @@ from rig.gap.settings import ENVELOPE_EVEN, ENVELOPE_HZ, Prior
 from rig.record import Column
 
 
-def with_law(
-    healthy: Gaussian, lines: Lines, moved: Column, rho: float, prior: Prior, power: Column | None = None
-) -> Gaussian:
-    """What is expected of what a law leaves when it is as rough as a share `rho` of what it changes; `power` is the
-    envelope of that, where it is known."""
+def with_law(healthy: Gaussian, lines: Lines, moved: Column, rho: float, prior: Prior) -> Gaussian:
+    """What is expected of what a law leaves when it is as rough as a share `rho` of what it changes."""
     if rho <= 0.0:
         return healthy
-    rough = rough_lines(lines, moved, rho, prior, power)
+    rough = rough_lines(lines, moved, rho, prior)
     return healthy.with_patterns(law_patterns(moved, lines, rho)).with_variance(rough)
 
 

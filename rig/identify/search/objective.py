@@ -152,17 +152,11 @@ class SwarmObjective(ChainObjective):
     """The same for the law of a discrete Bouc-Wen muscle: all points of an ask at once on the swarm's kernel."""
 
     def __init__(
-        self,
-        model: Model,
-        space: Space,
-        data: Sequence[Prepared],
-        stability: StabilityTerm | None,
-        thin: int = 1,
-        workers: int = 1,
+        self, model: Model, space: Space, data: Sequence[Prepared], stability: StabilityTerm | None, thin: int = 1
     ) -> None:
         super().__init__(model, space, data, stability, thin)
         muscle = model.muscle
-        self.law, self._workers = LawTable(model, space), workers
+        self.law = LawTable(model, space)
         self._y_unit = muscle.value("y_unit_deg")
         u = [muscle_input(model, record.p1_mpa, record.p2_mpa) for record in data]
         y = [record.angle_deg / self._y_unit for record in data]
@@ -173,10 +167,10 @@ class SwarmObjective(ChainObjective):
     def scores(self, points: Table) -> Table:
         self.evaluations += len(points)
         table = self.law(points)
-        total = np.add.reduce(swarm_errors(table, self.inputs, self._workers)) * self._y_unit**2
+        total = np.add.reduce(swarm_errors(table, self.inputs)) * self._y_unit**2
         if self._stability is not None:
             weight = excess_weight(self._stability, self._rows)
-            total = total + np.sum((self._stability.excess(table, self._workers) * weight) ** 2, axis=0)
+            total = total + np.sum((self._stability.excess(table) * weight) ** 2, axis=0)
             total = total + np.sum(self._priors(points) ** 2, axis=1) * self._rows
         return np.asarray(np.sqrt(np.minimum(total, HOPELESS) / self._rows))
 
@@ -221,9 +215,8 @@ def make_objective(
     data: Sequence[Prepared],
     stability: StabilityTerm | None,
     thin: int = 1,
-    workers: int = 1,
 ) -> ChainObjective:
     """The faster of the two that fits what is free."""
     if fits_kernel(model, space):
-        return SwarmObjective(model, space, data, stability, thin, workers)
+        return SwarmObjective(model, space, data, stability, thin)
     return ChainObjective(model, space, data, stability, thin)

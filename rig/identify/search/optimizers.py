@@ -23,6 +23,8 @@ Table = NDArray[np.float64]
 _FIRST_SPREAD = 0.3
 """Standard deviation that CMA-ES starts with, as a share of each parameter's range: Hansen, The CMA Evolution Strategy:
 A Tutorial, asks for 0.3 of the range in which the optimum lies. Less finds the nearest valley, more the bounds."""
+_POPULATION = 64
+"""Members of a generation of differential evolution, about as many as the paper's swarm has particles."""
 
 
 class Optimizer(Protocol):
@@ -159,7 +161,7 @@ class ThreadedOptimizer(_Best):
         self._asked = self.best[np.newaxis] if points is None else points
 
 
-def differential_evolution(dimension: int, seed: int, population: int = 64) -> ThreadedOptimizer:
+def differential_evolution(dimension: int, seed: int) -> ThreadedOptimizer:
     """scipy's differential evolution (best1bin), a generation at an ask; it ends when its population has converged."""
 
     def library(answer: Ask) -> object:
@@ -168,7 +170,7 @@ def differential_evolution(dimension: int, seed: int, population: int = 64) -> T
         return optimize.differential_evolution(
             lambda columns: answer(columns.T.copy()),
             [(0.0, 1.0)] * dimension,
-            popsize=max(1, population // dimension),
+            popsize=max(1, _POPULATION // dimension),
             maxiter=10**6,
             rng=np.random.default_rng(seed),
             polish=False,

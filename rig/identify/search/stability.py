@@ -122,13 +122,13 @@ class StabilityTerm:
             u, [np.zeros(len(column)) for column in u], muscle.value("theta_divisor_s"), [1] * len(u)
         )
 
-    def excess(self, particles: Table, workers: int = 1) -> Table:
+    def excess(self, particles: Table) -> Table:
         """By how much each particle (columns of a kernel's table) exceeds the limit on each excitation, (signals,
         particles).
 
         0 within, else the logarithm of peak over limit: smooth enough to be followed back, and finite.
         """
-        peaks = swarm_peaks(particles, self._inputs, workers) * self._y_unit
+        peaks = swarm_peaks(particles, self._inputs) * self._y_unit
         return np.asarray(np.log(np.maximum(peaks / self._limits_deg, 1.0)))
 
 

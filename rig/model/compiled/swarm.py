@@ -209,11 +209,11 @@ def swarm_courses(particles: Table, inputs: SwarmInputs, rows: NDArray[np.int64]
     return out.reshape(-1, stride)[:, : particles.shape[1]].T
 
 
-def swarm_peaks(particles: Table, inputs: SwarmInputs, workers: int = 1) -> Table:
+def swarm_peaks(particles: Table, inputs: SwarmInputs) -> Table:
     """Largest |y| of each particle on each record from rest, shape (records, particles), in units of y; never NaN."""
     table, stride = _padded(particles)
     out = np.full((len(inputs.ends) - 1) * stride, HOPELESS)
-    _spread_over(workers, stride, lambda a, b: _peaks(table, stride, a, b, inputs.u, inputs.nu, inputs.ends, out))
+    _peaks(table, stride, 0, stride, inputs.u, inputs.nu, inputs.ends, out)
     return _finite(out.reshape(-1, stride)[:, : particles.shape[1]])
 
 

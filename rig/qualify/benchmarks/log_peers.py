@@ -98,7 +98,7 @@ def _resident_mib(name: str) -> float:
     return next(int(line.split()[1]) for line in lines if line.startswith(name)) / 1024
 
 
-def hour_of_samples(records: int, seed: int = SEED) -> Any:
+def hour_of_samples(records: int) -> Any:
     """A run as the rig makes it: 12-bit counts, values computed from them, set-points in counts, a real machine's
     lateness."""
     import numpy as np
@@ -107,7 +107,7 @@ def hour_of_samples(records: int, seed: int = SEED) -> Any:
     from rig.log.mcap.columns import DTYPES, Samples
     from rig.sample import WIRES, Flag, Phase
 
-    rng = np.random.default_rng(seed)
+    rng = np.random.default_rng(SEED)
     tick = np.arange(records, dtype=np.int64)
     due = 100_000_000_000 + tick * 5_000_000
     woken = due + np.abs(rng.normal(16_000, 6_000, records)).astype(np.int64)

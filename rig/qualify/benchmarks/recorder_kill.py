@@ -23,6 +23,8 @@ from rig.service.records.recorder_messages import RunOrder
 
 PERIOD_NS = 5_000_000
 _READY_S = 120.0
+AT_ONCE = 5
+"""Recorders side by side: one after the other they would take as many times as long."""
 _WALL_OFFSET_NS = 1_790_000_000_000_000_000
 
 
@@ -96,14 +98,14 @@ def made_sample(number: int) -> Sample:
     )
 
 
-def killed_recordings(kills: int, folder: Path, seed: int, at_once: int = 5) -> list[Killed]:
-    """`kills` recordings, `at_once` of them side by side, each killed 0.3 to 2.5 s after it has begun."""
+def killed_recordings(kills: int, folder: Path, seed: int) -> list[Killed]:
+    """`kills` recordings, AT_ONCE of them side by side, each killed 0.3 to 2.5 s after it has begun."""
     rng = random.Random(seed)
     moments = [rng.uniform(0.3, 2.5) for _ in range(kills)]
     results: list[Killed] = []
-    for start in range(0, kills, at_once):
+    for start in range(0, kills, AT_ONCE):
         batch = [
-            _Recording(folder, start + number, moment) for number, moment in enumerate(moments[start : start + at_once])
+            _Recording(folder, start + number, moment) for number, moment in enumerate(moments[start : start + AT_ONCE])
         ]
         try:
             _run(batch)

@@ -8,9 +8,9 @@ import asyncio
 import logging
 import time
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
 from rig.errors import ConfigError, DeviceError, RigError
 from rig.realtime import measures
@@ -50,10 +50,8 @@ class SessionParts:
     """Who stands above the loop, and this process's own way to the device."""
     simulated: bool
     virtual: bool = False
-    seed: int | None = None
     warnings: Callable[[], list[str]] = list
     """What is to be said of the rig's calibrations today."""
-    options: Mapping[str, Any] = field(default_factory=dict)
     sweeps: tuple[Path, ...] = ()
     """Folders of sweeps, and of models, that come with pamrig: what the page offers."""
     models: tuple[Path, ...] = ()
@@ -92,7 +90,7 @@ class SessionMonitor:
         self._left.end()
         try:
             session = self._opening = Session(
-                parts.loop, parts.rig, virtual=parts.virtual, seed=parts.seed, options=parts.options,
+                parts.loop, parts.rig, virtual=parts.virtual,
                 watching=parts.watching, ring_suffix=KEPT_RING, owner=self._owner,
             )  # fmt: skip
             if session.swept:

@@ -20,12 +20,12 @@ UNITS: dict[str, Sequence[tuple[float, float, str]]] = {
 """Unit -> the units that it is told in: below which size, times what, called what."""
 
 
-def rounded(value: float, width: float = 0.0, most: int = MOST_DIGITS) -> str:
-    """A number to the digit that this width leaves standing, at most `most` significant ones."""
+def rounded(value: float, width: float) -> str:
+    """A number to the digit that this width leaves standing (0: any), at most MOST_DIGITS significant ones."""
     if not math.isfinite(value):
         return "unknown"
     top = 0 if value == 0.0 else math.floor(math.log10(abs(value)))
-    last = top - most + 1
+    last = top - MOST_DIGITS + 1
     if width > 0.0:
         last = max(last, min(math.floor(math.log10(width)), top))
     text = f"{round(value, -last):.{max(-last, 0)}f}"
