@@ -118,7 +118,7 @@ def _noisy(record: Record) -> Record:
 def test_a_clipped_sensor_gives_no_confident_name(column: str, way: str) -> None:
     found = ask(way, healthy(of(**{column: lambda r: clipped(getattr(r, column))})))
     assert any("clipped?" in note for note in found.notes)
-    assert found.causes or way in ("simulator", "sister"), "which may itself miss what a monitor does"
+    assert found.causes or way == "sister", "which may itself miss what a monitor does"
     assert all(cause.confidence <= SURE for cause in found.causes if cause.effect != "unknown")
     assert contradictions(found.to_json()) == []
     surer = [replace(cause, confidence=SURE + 0.1) for cause in found.causes]
@@ -146,14 +146,17 @@ def test_another_p0_is_said_or_refused_and_no_confident_name(way: str, said: boo
         with pytest.raises(RigError, match=r"p0_mpa is 0.3, not 0.2 \(allowed: 0.03 off\)"):
             ask(way, records)
         return
-    assert all(cause.confidence <= SURE for cause in ask(way, records).causes if cause.effect != "unknown")
+    found = ask(way, records)
+    assert any("P0 is 0.30 MPa by the measured pressures" in note for note in found.doubts) is not said
+    assert found.causes == [] if said else found.causes
+    assert all(cause.confidence <= SURE for cause in found.causes if cause.effect != "unknown")
 
 
 @pytest.mark.parametrize("way", WAYS)
 def test_with_no_effect_left_in_the_library_nothing_is_named(way: str) -> None:
     found = ask(way, session(301, AddedEffect("valve_lag", {"tau_s": 0.04})), library=[])
     assert all(cause.effect == "unknown" for cause in found.causes)
-    assert found.verdict == "unknown" or way in ("fingerprint", "sister")
+    assert found.verdict == "unknown" or way == "sister", "of which a slower valve is no surprise"
 
 
 def test_the_command_of_the_same_sweep_stands_in_a_hole() -> None:

@@ -149,8 +149,10 @@ def test_a_wrong_sign_ends_in_the_safe_state_by_its_own_name() -> None:
     assert loop.fault is Fault.TRACKING_ERROR
     at = next(k for k, s in enumerate(samples) if s.fault)
     outside = [s for s in samples[: at + 1] if abs(s.reference_deg - s.angle_deg) > 8.0]
-    assert len(outside) == 11  # longer than 0.05 s, and written safe in that very tick
-    assert rig.outputs[-1] == "safe" or "safe" in rig.outputs
+    assert len(outside) == 11  # longer than 0.05 s
+    # set-points from the tick of ARM to the one before the fault, then the safe state: at the fault and on the way out
+    assert [output for output in rig.outputs if output != "safe"] == rig.outputs[1:at]
+    assert rig.outputs[at:] == ["safe", "safe"]
     assert samples[at].state == State.FAULT
 
 
