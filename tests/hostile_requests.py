@@ -21,8 +21,8 @@ from typing import Any
 
 import hostile_configs
 from support import hostile_work
-from support.page_visitor import free_port
 
+from rig.qualify.faults.attacks import free_port
 from rig.qualify.faults.bench import START_S, FaultBench
 from rig.service.connections.protocol import COMMANDS
 

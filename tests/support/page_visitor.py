@@ -3,16 +3,9 @@
 import http.client
 import json
 import re
-import socket
 from dataclasses import dataclass, field
 from typing import Any
 from urllib.parse import urlsplit
-
-
-def free_port() -> int:
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        return int(probe.getsockname()[1])
 
 
 @dataclass

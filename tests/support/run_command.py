@@ -9,8 +9,10 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 import psutil
+import pytest
 
-from rig.errors import StateError
+from rig.app.runs.outcome import RunOutcome
+from rig.errors import CheckFailed, StateError
 from rig.realtime import shared
 from rig.realtime.ring import Ring
 from rig.sample import Phase
@@ -121,3 +123,11 @@ class Running:
         last = self.ring.latest()
         assert last is not None
         return last.p1_cmd_mpa, last.p2_cmd_mpa
+
+
+def reproach(outcome: RunOutcome) -> str:
+    """The one line by which an outcome that is not good ends its command."""
+    with pytest.raises(CheckFailed) as error:
+        outcome.judge()
+    assert "\n" not in str(error.value)
+    return str(error.value)

@@ -11,7 +11,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from support.page_visitor import Visitor, free_port
+from support.page_visitor import Visitor
 from support.records.made_logs import made_log
 from support.rigs.page_rig import diagnosing, stopped
 from support.rigs.patient_rig import BY_THE_MACHINE, PATIENT
@@ -21,6 +21,7 @@ from websockets.sync.client import connect
 from rig.errors import RigError
 from rig.log.mcap.collector import LogLine
 from rig.log.mcap.reader import McapLog
+from rig.qualify.faults.attacks import free_port
 from rig.qualify.faults.bench import FaultBench
 from rig.service.web.access.gate import MOST
 from rig.service.web.host import AGAIN_S

@@ -1,11 +1,11 @@
 """A daemon of real processes, as fixtures for files of tests that share one: with viewers, live view and metrics."""
 
-import socket
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
+from rig.qualify.faults.attacks import free_port
 from rig.qualify.faults.bench import FaultBench
 from rig.service.client import Client
 from support.rigs.patient_rig import PATIENT
@@ -19,12 +19,6 @@ duration_s: 0.5
 ramp_out_s: 0.1
 records: [{hold: {amplitude_mpa: [0.05, 0.1]}}]
 """
-
-
-def free_port() -> int:
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        return int(probe.getsockname()[1])
 
 
 @pytest.fixture(scope="module")

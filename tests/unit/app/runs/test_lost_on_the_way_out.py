@@ -9,6 +9,7 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
+from support.run_command import reproach
 from support.scripted import program
 
 from hil.bench import SimulatedRig
@@ -19,18 +20,11 @@ from rig.app.runs.outcome import RunOutcome
 from rig.app.runs.runner import Planned, RunOptions
 from rig.app.trying_on import TryingOn
 from rig.app.watcher_process import watcher_process
-from rig.errors import CheckFailed, DeviceError
+from rig.errors import DeviceError
 from rig.realtime.safe_state import Outcome as SafeOutcome
 from rig.realtime.safe_state import SecondPath, Writer
 from rig.service.session.session import Watching
 from rig.service.session.setups import LoopSetup
-
-
-def ends(outcome: RunOutcome) -> str:
-    with pytest.raises(CheckFailed) as error:
-        outcome.judge()
-    assert "\n" not in str(error.value)
-    return str(error.value)
 
 
 def loop_whose_device_takes_no_safe_state(setup: LoopSetup, pipe: Connection) -> None:
@@ -73,8 +67,10 @@ def test_a_device_that_is_lost_on_the_way_out_is_told_though_every_record_is_who
     monkeypatch.setattr(trying_on, "PATIENCE_S", 0.3)
     outcome = carried_out(tmp_path)
     assert [(run.valid, run.fault) for run in outcome.runs] == [(True, 0)]
-    assert ends(outcome).startswith("NOT SAFE as far as is known: the commanding process could not bring the device")
-    assert ends(outcome).endswith("; given up after 0 s of trying")
+    assert reproach(outcome).startswith(
+        "NOT SAFE as far as is known: the commanding process could not bring the device"
+    )
+    assert reproach(outcome).endswith("; given up after 0 s of trying")
 
 
 def test_a_device_that_is_back_later_is_made_safe_by_the_command_that_lost_it(
@@ -107,7 +103,7 @@ def test_ctrl_c_ends_the_trying(tmp_path: Path, lost_on_the_way_out: SimpleNames
             os.kill(os.getpid(), sent[-1])
 
     lost_on_the_way_out.on_asking = asked
-    said = ends(carried_out(tmp_path))
+    said = reproach(carried_out(tmp_path))
     assert signal.SIGINT in sent
     assert "given up by Ctrl-C or a signal after" in said
     assert said.startswith("NOT SAFE as far as is known: the commanding process could not bring the device")

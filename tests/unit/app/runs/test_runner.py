@@ -13,6 +13,7 @@ from types import SimpleNamespace
 
 import pytest
 from rich.console import Console
+from support.run_command import reproach
 from support.scripted import program
 
 from hil.bench import SimulatedRig
@@ -21,7 +22,7 @@ from rig.app.loop_process import loop_process
 from rig.app.runs import record_folders, runner
 from rig.app.runs.outcome import RunOutcome
 from rig.app.runs.runner import Planned, RunOptions
-from rig.errors import CheckFailed, Interrupted, RigError
+from rig.errors import Interrupted, RigError
 from rig.realtime.faults import Fault
 from rig.realtime.safe_state import Outcome as SafeOutcome
 from rig.realtime.safe_state import SafeReport, Writer
@@ -36,13 +37,6 @@ DENIED = {"fifo": "denied: Operation not permitted", "mlock": "granted"}
 
 def good(**more: object) -> RunResult:
     return replace(RunResult(1, Path("a.mcap"), ticks=9, valid=True, complete=True), **more)  # type: ignore[arg-type]
-
-
-def ends(outcome: RunOutcome) -> str:
-    with pytest.raises(CheckFailed) as error:
-        outcome.judge()
-    assert "\n" not in str(error.value)
-    return str(error.value)
 
 
 def test_a_good_outcome_is_good() -> None:
@@ -61,7 +55,7 @@ def test_a_good_outcome_is_good() -> None:
     ],
 )
 def test_a_bad_outcome_says_why(outcome: RunOutcome, says: str) -> None:
-    assert ends(outcome).startswith(says)
+    assert reproach(outcome).startswith(says)
 
 
 @pytest.mark.parametrize(
@@ -94,7 +88,7 @@ def test_an_interruption_says_what_became_of_a_rig_that_was_under_way() -> None:
 )
 def test_a_rig_that_is_not_known_to_be_safe_is_no_success(interrupted: bool, safe: SafeReport, says: str) -> None:
     outcome = RunOutcome([good()], 1, interrupted=interrupted, safe=safe, driven=True)
-    assert ends(outcome).startswith(says)
+    assert reproach(outcome).startswith(says)
     assert outcome.stopped
 
 
@@ -205,7 +199,7 @@ def test_a_fault_outside_a_record_is_told(tmp_path: Path) -> None:
     rig = compose.load(None)
     impossible = replace(rig, limits=replace(rig.limits, monitor_mpa=(0.4, 0.6)))  # at rest the monitors read 0.2 MPa
     outcome = runner.carry_out(impossible, [Planned("a", program())], RunOptions(tmp_path / "out", virtual=True))
-    assert ends(outcome).startswith("BAD_VALUE: a sensor kept giving values")
+    assert reproach(outcome).startswith("BAD_VALUE: a sensor kept giving values")
 
 
 def test_a_device_s_own_words_are_told_with_its_fault_outside_a_record() -> None:
@@ -291,7 +285,7 @@ def test_a_recorder_that_dies_before_the_first_record_is_no_quiet_success(
     outcome = runner.carry_out(
         compose.load(None), [Planned("a", program())], RunOptions(tmp_path / "out", virtual=True)
     )
-    assert "RECORDER_DIED" in ends(outcome)
+    assert "RECORDER_DIED" in reproach(outcome)
 
 
 def test_a_recorder_that_died_while_nobody_could_look_is_told_too(
@@ -312,7 +306,7 @@ def test_a_recorder_that_died_while_nobody_could_look_is_told_too(
     outcome = runner.carry_out(
         compose.load(None), [Planned("a", program())], RunOptions(tmp_path / "out", virtual=True)
     )
-    assert "RECORDER_DIED" in ends(outcome)
+    assert "RECORDER_DIED" in reproach(outcome)
 
 
 def test_the_fault_of_a_record_whose_recorder_is_lost_before_it_tells_of_it_is_told(
@@ -341,7 +335,7 @@ def test_the_fault_of_a_record_whose_recorder_is_lost_before_it_tells_of_it_is_t
     rig = compose.load(None)
     outside = replace(rig, limits=replace(rig.limits, angle_deg=(80.0, 90.0)))
     outcome = runner.carry_out(outside, [Planned("a", program())], RunOptions(tmp_path / "out", virtual=True))
-    said = ends(outcome)
+    said = reproach(outcome)
     assert said.startswith("ANGLE_LIMIT: ")
     assert said.endswith(outcome.safe.words)
 

@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from scipy.signal import lfilter
 from scipy.special import stdtr
 from support.plants.gap_rigs import identified, session
+from support.records.changed_samples import Change, repeating
 
 from rig.columns import grouped_median, on_even_steps, white_noise
 from rig.gap import diagnose
@@ -29,7 +30,6 @@ from rig.record import Column, Record
 
 T = np.arange(0.0, 20.0, 0.005)
 STEP_DEG = 345.0 / 4096
-Change = Callable[[Column, np.random.Generator], Column]
 
 
 def day(seed: int, change: Change | None = None) -> list[Record]:
@@ -62,15 +62,6 @@ def falling(share: float, rail: float, run: int = 1) -> Change:
         return out
 
     return fall
-
-
-def repeating(share: float) -> Change:
-    def repeat(angle: Column, random: np.random.Generator) -> Column:
-        lost = random.random(len(angle)) < share
-        lost[0] = False
-        return angle[np.maximum.accumulate(np.where(lost, 0, np.arange(len(angle))))]
-
-    return repeat
 
 
 def test_a_healthy_day_shows_nothing() -> None:

@@ -10,6 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from support.plants.gap_rigs import baselines, session
+from support.records.changed_samples import repeating
 
 from rig.columns import rms
 from rig.gap import diagnose
@@ -90,13 +91,7 @@ def marks(change: Callable[[Column, np.random.Generator], Column]) -> dict[str, 
 @pytest.mark.parametrize("share", [0.05, 0.3, 0.6, 0.85])
 def test_samples_that_repeat_are_neither_a_step_nor_noise_nor_hum(share: float) -> None:
     """Few values are left of a column that mostly repeats, and what stands still and jumps is loud."""
-
-    def repeating(angle: Column, random: np.random.Generator) -> Column:
-        lost = random.random(len(angle)) < share
-        lost[0] = False
-        return angle[np.maximum.accumulate(np.where(lost, 0, np.arange(len(angle))))]
-
-    assert set(marks(repeating)) == {"lost_samples"}
+    assert set(marks(repeating(share))) == {"lost_samples"}
 
 
 @pytest.mark.parametrize("every_s", [0.8, 1.7, 2.5])
