@@ -156,11 +156,13 @@ def common(maps: "list[tuple[str, Channels]]") -> Channels:
     """The one channel map that all share, by the names of what they belong to; RecordError when two differ."""
     for name, one in maps[1:]:
         if one != maps[0][1]:
-            raise RecordError(f"{name}: {said(one)}; {maps[0][0]}: {said(maps[0][1])}; they are of different rigs")
+            raise RecordError(
+                f"{name}: {map_text(one)}; {maps[0][0]}: {map_text(maps[0][1])}; they are of different rigs"
+            )
     return maps[0][1] if maps else PNEUMATIC
 
 
-def said(channels: Channels) -> str:
+def map_text(channels: Channels) -> str:
     """A channel map in a message."""
     one, other = channels.input, channels.output
     return (

@@ -62,7 +62,7 @@ def tags_of(facts: Mapping[str, Any]) -> dict[str, str | int | float]:
         return {}
 
 
-def told(facts: Mapping[str, Any]) -> dict[str, str]:
+def tags_and_note(facts: Mapping[str, Any]) -> dict[str, str]:
     """Tags and note for a page or a terminal: heading -> text."""
     tags = ", ".join(f"{name} {value}" for name, value in tags_of(facts).items())
     note = facts.get(NOTE)

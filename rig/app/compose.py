@@ -168,7 +168,7 @@ def _check_effects(rig: RigConfig) -> None:
     """ConfigError for an effect that no library has: it would be in the facts of every record, and refused with them
     when they are diagnosed."""
     if rig.effects is not None:
-        from rig.gap.offered import named_effects  # most rigs say nothing of it, and start sooner
+        from rig.gap.possible_effects import named_effects  # most rigs say nothing of it, and start sooner
 
         named_effects(rig.effects, f"{rig.path}: effects")
 

@@ -80,7 +80,7 @@ def begun(words: list[str], shown: bool) -> "subprocess.Popen[str]":
     return subprocess.Popen([sys.executable, "-m", "rig.cli.main", *words], stdout=output, text=True, env=wide)
 
 
-def told(running: "list[subprocess.Popen[str]]") -> int:
+def finish(running: "list[subprocess.Popen[str]]") -> int:
     """Wait for a step's commands and show what they said; the first status that is not 0, else 0."""
     for process in running:
         said, _ = process.communicate()
@@ -96,7 +96,7 @@ def together(group: list[TourStep]) -> int:
     statuses = []
     for step, processes in zip(group, running, strict=True):
         announce(step)
-        statuses.append(told(processes))
+        statuses.append(finish(processes))
     return next((status for status in statuses if status), 0)
 
 

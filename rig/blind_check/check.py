@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from rig.blind_check.answer import answer_cases
-from rig.blind_check.experiments import told_by_experiments
+from rig.blind_check.experiments import figures_by_experiments
 from rig.blind_check.folder import MODEL_FILES, CheckFolder, read_json, read_truth, write_json
 from rig.blind_check.follow_up import carry_out, rounds_of
 from rig.blind_check.generate import BenchCases, make_unit, open_labels
@@ -138,7 +138,7 @@ def result_from(cases: Sequence[Scored], seed: int, fitted_on: Sequence[str]) ->
     asked = [mode for mode in MODES if rows[mode] and not MODES[mode].withheld]
     modes = {mode: mode_result(rows[mode]) | breakdown(rows[mode]) for mode in asked}
     for mode in asked:
-        modes[mode] |= told_by_experiments(rows[mode])
+        modes[mode] |= figures_by_experiments(rows[mode])
     withheld = {mode: withheld_result(rows[mode]) for mode in MODES if MODES[mode].withheld and rows[mode]}
     for mode, found in withheld.items():
         if MODES[mode].withheld in modes:

@@ -11,7 +11,7 @@ from rig.blind_check.row import Row
 from rig.blind_check.statistics import mean, rate
 
 
-def told_by_experiments(rows: Sequence[Row]) -> dict[str, Any]:
+def figures_by_experiments(rows: Sequence[Row]) -> dict[str, Any]:
     """`rounds`: figures before any experiment and after each, for single effects and pairs from CLEAR on; what the
     goals ask of them after the last; and `parted`: experiments that told apart what they were to tell apart."""
     last = max((len(row.rounds) for row in rows), default=0)

@@ -12,7 +12,7 @@ from typing import Any, TypeVar
 import click
 
 from hil.reference.names import NAMES as FAMILIES
-from rig.cli.outputs import FormerArgument, Output, told_at_the_end
+from rig.cli.outputs import FormerArgument, Output, write_errors_last
 from rig.outputs import OutputKind, write_text
 
 F = TypeVar("F", bound=Callable[..., Any])
@@ -121,7 +121,7 @@ def emit(result: dict[str, Any], json_to: str | None) -> None:
     if json_to == "-":
         click.echo(text)
         return
-    with told_at_the_end():
+    with write_errors_last():
         write_text(Path(json_to), text + "\n", OutputKind.JSON)
 
 

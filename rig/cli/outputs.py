@@ -91,7 +91,7 @@ class Command(click.Command):
 
 
 @contextlib.contextmanager
-def told_at_the_end() -> Iterator[None]:
+def write_errors_last() -> Iterator[None]:
     """For writing a result: an error of it waits until the command is over, so that a disk that takes nothing hides no
     fault of the rig. By itself it ends the command with exit status 2, beside another error it is the end of that
     one's line."""

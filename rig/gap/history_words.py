@@ -5,11 +5,11 @@ from rig.gap.history import GAP, Change, Growth, History
 from rig.gap.settings import FALSE_ALARM_RATE
 
 
-def told(history: History, unit: str = "deg") -> list[str]:
+def history_sentences(history: History, unit: str = "deg") -> list[str]:
     """What changed and what grows, a sentence each; `unit` is the gap's."""
     units = {quantity: size.unit for day in history.days for quantity, size in day.sizes.items()} | {GAP: unit}
-    lines = [_told_change(change, units[change.quantity]) for change in history.changes]
-    lines += [_told_growth(one) for one in history.growth]
+    lines = [_change_sentence(change, units[change.quantity]) for change in history.changes]
+    lines += [_growth_sentence(one) for one in history.growth]
     if len(history.days) < (fewest := fewest_days(FALSE_ALARM_RATE)):
         return [
             *lines,
@@ -19,13 +19,13 @@ def told(history: History, unit: str = "deg") -> list[str]:
     return lines or [f"nothing changed over these days (at a false-alarm rate of {100 * FALSE_ALARM_RATE:.0f} %)"]
 
 
-def _told_change(change: Change, unit: str) -> str:
+def _change_sentence(change: Change, unit: str) -> str:
     levels = f"from {change.before:.2g} to {change.after:.2g}{'' if unit == '1' else f' {unit}'}"
     what = "the gap" if change.quantity == GAP else change.quantity
     return f"{what} went {levels} on {change.day} (p = {change.p_value:.2g})"
 
 
-def _told_growth(one: Growth) -> str:
+def _growth_sentence(one: Growth) -> str:
     unit = "" if one.unit == "1" else f" {one.unit}"
     sure = "" if one.low * one.high > 0.0 else "; it may as well stand still"
     return (

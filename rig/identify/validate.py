@@ -11,13 +11,13 @@ from rig.identify.records.data import Options, Prepared, doubts, prepare
 from rig.identify.records.rest import at_own_rest
 from rig.identify.search.objective import predict
 from rig.identify.search.stability import StabilityVerdict, SweepRange, check_bounded
+from rig.log.session_times import begun_s
 from rig.model.chain import lay_out
 from rig.model.driving import driving_pressures
 from rig.model.parameters import Input, Model
 from rig.model.response.fingerprint_check import fingerprint_trouble
 from rig.model.simulation import DIVERGED_DEG, before_sensor, run_stages
 from rig.record import Column, Record
-from rig.session_times import begun_s
 
 _POWER_SHARE = 0.02
 """A frequency counts as part of an excitation when it holds this share of the strongest one's power."""

@@ -26,9 +26,9 @@ from rig.log.foreign.tables import own_columns, read_tdms
 from rig.log.mcap import schema
 from rig.log.mcap.columns import Array, Samples
 from rig.log.mcap.reader import McapLog
+from rig.log.session_times import LOOP_NS
 from rig.record import AGED, MAIN_COLUMNS, Column, Record
 from rig.sample import Phase
-from rig.session_times import LOOP_NS
 
 SUFFIXES: Final = (".mcap", ".csv", ".csv.gz", ".tdms")
 """What a folder is searched for, in capitals or not: other systems write `.CSV`."""

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from rig.gap.answer.result import Diagnosis
 from rig.gap.answer.words.compared import SOURCES, from_model
-from rig.gap.answer.words.notes import told_notes
+from rig.gap.answer.words.notes import folded
 from rig.gap.answer.words.sentences import answers, chain_rows, stage_name
 from rig.gap.answer.words.shares import BY_CAUSES, shares_along
 from rig.gap.answer.words.sizes import percent
@@ -69,7 +69,7 @@ def _assumed(diagnosis: Diagnosis, grounds: Grounds, model: Model) -> list[str]:
         f"{description} misses {nominal.misfit_deg:.2g} deg rms of what is expected and is used in differences only.",
         f"The model ({model.muscle.kind}, driven by {model.muscle.input.value}) {tuned_to(model, records)}.",
     ]
-    return [*told, *told_notes(diagnosis)]
+    return [*told, *folded(diagnosis.notes)]
 
 
 def _expected(reference: Reference, sessions: int) -> str:

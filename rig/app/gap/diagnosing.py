@@ -11,7 +11,7 @@ from rig.app.gap.baselines import EarlierDay, EarlierDays, days_in, earlier_days
 from rig.counted import counted
 from rig.errors import ConfigError, RigError
 from rig.outputs import OutputKind, write_text
-from rig.tags import told
+from rig.tags import tags_and_note
 
 if TYPE_CHECKING:
     from rig.gains import ClosedLoop
@@ -285,7 +285,7 @@ def _origin(
 
 def _told_once(records: "Sequence[Record]") -> dict[str, str]:
     """Tags and notes of the records, each text once."""
-    each = [told(record.facts) for record in records]
+    each = [tags_and_note(record.facts) for record in records]
     return {name: "; ".join(dict.fromkeys(one[name] for one in each if name in one)) for name in ("Tags", "Note")}
 
 

@@ -12,8 +12,8 @@ from rig.app.shipped import find_config
 from rig.channels import Channels, common
 from rig.errors import ConfigError
 from rig.gap.hypotheses.library import LIBRARY, Effect
-from rig.gap.offered import channels_of_call, possible
 from rig.gap.plan.rehearse import Noise, RehearsedRig, as_steady_as, known_rig
+from rig.gap.possible_effects import channels_of_call, possible
 from rig.gap.records.grid import rows_apart
 from rig.gap.records.pairs import pair_up
 from rig.gap.reference.build import AUTO, Kind, choose, expect, from_response, known_how

@@ -12,7 +12,7 @@ from rig.app.gap.levels import known_families
 from rig.app.gap.sweep_envelope import envelope_of
 from rig.app.model.simulating import commands_of
 from rig.app.shipped import find_config
-from rig.channels import FACT, PNEUMATIC, REST_MPA, Channels, said
+from rig.channels import FACT, PNEUMATIC, REST_MPA, Channels, map_text
 from rig.errors import ConfigError, EnvelopeError, RecordError
 from rig.excite.envelope import check_run
 from rig.excite.experiment import Entry, RunPlan, Sweep, Waves, expand, load_sweep
@@ -179,7 +179,7 @@ def _families(names: Sequence[str], channels: Channels) -> Sequence[str]:
     if channels.has_valves:
         return known_families(names or DESIGNED_FOR)
     if names:
-        raise ConfigError(f"--family: plant families are pneumatic joints; this rig is driven by {said(channels)}")
+        raise ConfigError(f"--family: plant families are pneumatic joints; this rig is driven by {map_text(channels)}")
     return ()
 
 
@@ -249,7 +249,7 @@ def sheet_of(ability: Ability, channels: Channels) -> Allowed | None:
     return LIBRARY[ability.effect].allowed if channels.has_valves else None
 
 
-def told_size(ability: Ability, value: float | None, channels: Channels) -> str:
+def size_text(ability: Ability, value: float | None, channels: Channels) -> str:
     """A size as a diagnosis tells it, without its sign, in the rig's own units; a ratio as so many times."""
     if value is None:
         return "not within its range"
@@ -265,7 +265,7 @@ def beside_sheet(ability: Ability, channels: Channels) -> str:
     sheet = sheet_of(ability, channels)
     if sheet is None:
         return "-"
-    allowed = told_size(ability, sheet.size, channels)
+    allowed = size_text(ability, sheet.size, channels)
     if ability.detectable is None:
         return allowed
     share = abs(ability.detectable) / sheet.size

@@ -15,6 +15,7 @@ from rig.excite.experiment import expand, load_sweep
 from rig.excite.setpoints import around
 from rig.log.convert import write_record
 from rig.log.reader import is_mcap, read
+from rig.log.session_times import begun_s
 from rig.model.external.simulator import KIND as EXTERNAL
 from rig.model.parameters import Input, Model, load_model
 from rig.model.resample import set_points
@@ -22,7 +23,6 @@ from rig.model.simulation import simulate
 from rig.outputs import targets_in
 from rig.own_units import own_plain
 from rig.record import MAIN_COLUMNS, Record
-from rig.session_times import begun_s
 
 ON_TIME = {"p50": 0.0, "p99": 0.0, "max": 0.0}
 _PLANT_PERIOD_S = 0.005

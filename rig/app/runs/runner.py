@@ -27,7 +27,7 @@ from rig.realtime.program import Program
 from rig.rig_config import RigConfig, apart
 from rig.service.records.recorder_messages import RunOrder, message_of
 from rig.service.session.run_setup import order_of, session_facts
-from rig.service.session.session import Session, ending_signals, is_warning, own_signals, spoken
+from rig.service.session.session import Session, ending_signals, facts_for_operator, is_warning, own_signals
 
 _POLL_S = 0.05
 
@@ -152,7 +152,7 @@ def check_realtime(rig: RigConfig, report: Mapping[str, str], force: bool) -> No
 def announce(device: Mapping[str, str]) -> None:
     """What the operator must know of the devices before anything moves: the pace of slow ones, fail-safes, warnings."""
     terminal = console("-")
-    for key, said in spoken(device).items():
+    for key, said in facts_for_operator(device).items():
         terminal.print(f"{key}: {said}", style="yellow" if is_warning(key) else "", markup=False)
 
 

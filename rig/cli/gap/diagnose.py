@@ -133,7 +133,7 @@ def diagnose(
 
 def _show(diagnosis: "Diagnosis", name: str | None, json_to: str | None) -> None:
     """The summary for a person."""
-    from rig.gap.answer.words.notes import told_notes
+    from rig.gap.answer.words.notes import folded
     from rig.gap.answer.words.sentences import answers, chain_rows, stage_name
     from rig.gap.answer.words.shares import BY_CAUSES, shares_along
     from rig.own_units import speaker
@@ -160,7 +160,7 @@ def _show(diagnosis: "Diagnosis", name: str | None, json_to: str | None) -> None
                 f"{line.probability:.2f}",
             )
         out.print(table)
-    for note in told_notes(diagnosis):
+    for note in folded(diagnosis.notes):
         if note in diagnosis.doubts:  # stands above
             continue
         out.print(f"note: {say(note)}")

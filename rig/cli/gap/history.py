@@ -38,7 +38,7 @@ def history(
     from rig.app.gap.diagnosing import DiagnosisOptions, cases_of
     from rig.app.gap.history import draw_history, history_days, history_report
     from rig.gap.history import look_back
-    from rig.gap.history_words import told
+    from rig.gap.history_words import history_sentences
     from rig.own_units import speaker
 
     check_apart([folder], baselines)
@@ -66,7 +66,7 @@ def history(
     for day in found.days:
         for heading, text in day.said.items():
             out.print(f"{day.name}: {heading.lower()}: {text}", markup=False)
-    for line in told(found):
+    for line in history_sentences(found):
         out.print(say(line))
     if figure is not None:
         draw_history(found, figure)

@@ -78,14 +78,14 @@ def capability(
 
 
 def _show(name: str, one: "Capability", channels: "Channels", json_to: str | None) -> None:
-    from rig.app.gap.planning import beside_sheet, best_of, none_alike, rivals_of, told_size
+    from rig.app.gap.planning import beside_sheet, best_of, none_alike, rivals_of, size_text
 
     out = console(json_to)
     out.print(f"Records of the sweep {name}, at a false-alarm rate of 1 %:", style="bold")
     sheets = ["data sheet"] if channels.has_valves else []
     table = listing("effect", "seen from", "named from", "hardest to tell from", *sheets)
     for ability in best_of(one.abilities):
-        sizes = (told_size(ability, size, channels) for size in (ability.detectable, ability.nameable))
+        sizes = (size_text(ability, size, channels) for size in (ability.detectable, ability.nameable))
         sheet = [beside_sheet(ability, channels)] if sheets else []
         table.add_row(ability.effect, *sizes, ability.rival or "-", *sheet)
     out.print(table)

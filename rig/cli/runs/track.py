@@ -7,7 +7,7 @@ import click
 
 from rig.app.terminal import console, listing
 from rig.cli.common import Number, clock_option, emit, force_option, json_option, model_option, rig_option
-from rig.cli.outputs import Command, Renamed, figure_option, output_option, told_at_the_end
+from rig.cli.outputs import Command, Renamed, figure_option, output_option, write_errors_last
 from rig.outputs import OutputKind
 from rig.report.shown_text import in_lines
 
@@ -85,7 +85,7 @@ def track(
     summary(result, json_to)
     _show(tracked, json_to)
     if figure is not None and tracked:
-        with told_at_the_end():
+        with write_errors_last():
             _draw(tracked, figure)
     runs = {str(one.file): one.to_json() for one in tracked}
     plain = result.to_json()

@@ -20,8 +20,8 @@ from rig.gap.records.settings import CLIPPED, CLIPPED_OVER_NEXT
 from rig.gap.records.usable import check_direction, check_scale, early, hole, reasons, runs_against, usable
 from rig.identify.records.causality import before_pressures, together
 from rig.identify.records.monitors import broken_monitor
+from rig.log.session_times import are_numbered, begun_s
 from rig.record import Column, Record
-from rig.session_times import are_numbered, begun_s
 
 __all__ = ["Pair", "Pairing", "RunColumns", "pair_up"]
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from rig.conditions import MEASURED_REST, commanded_rest
 from rig.gap.records.settings import LEAST_REST_MPA
-from rig.identify.records.rest import SHIFTED_MPA, measured_rest, said_of, taken_for, unsaid_rests
+from rig.identify.records.rest import SHIFTED_MPA, measured_rest, rest_note, taken_for, unsaid_rests
 from rig.record import Record
 
 
@@ -39,7 +39,7 @@ def at_rests(
 
     found = [taken(k, record) if k in rests else record for k, record in enumerate(records)]
     alone = [found[k] for k in rests if not others[k]]
-    notes.extend([said_of(alone)] if alone else [])
+    notes.extend([rest_note(alone)] if alone else [])
     return found
 
 

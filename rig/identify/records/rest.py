@@ -57,10 +57,10 @@ def at_own_rest(records: Sequence[Record]) -> tuple[list[Record], str]:
     around its measured one; and a line that says so, empty where nothing was taken."""
     rests = unsaid_rests(records)
     taken = [taken_for(record, rests[k]) if k in rests else record for k, record in enumerate(records)]
-    return taken, said_of([taken[k] for k in rests]) if rests else ""
+    return taken, rest_note([taken[k] for k in rests]) if rests else ""
 
 
-def said_of(records: Sequence[Record]) -> str:
+def rest_note(records: Sequence[Record]) -> str:
     """Around which P0s these records are taken to be commanded."""
     rests = [f"{rest:.2f}" for rest in sorted({float(record.facts[MEASURED_REST]) for record in records})]
     listed = " and ".join([", ".join(rests[:-1]), rests[-1]] if len(rests) > 1 else rests)

@@ -19,12 +19,12 @@ from rig.identify import validate as judging
 from rig.identify.records.data import Options, prepare
 from rig.identify.search.objective import predict
 from rig.identify.search.stability import SweepRange
+from rig.log.session_times import begun_s
 from rig.model import parameters
 from rig.model.parameters import Input, Model
 from rig.own_units import own_text
 from rig.record import Record
 from rig.report.fit_figures import comparison_figure
-from rig.session_times import begun_s
 
 __all__ = ["Identified", "Model", "Validation", "identify", "load_model", "save_model", "simulate", "validate"]
 

@@ -341,12 +341,12 @@ def _has_room(pipe: Connection) -> bool:
     return bool(look.poll(0))
 
 
-_SPOKEN: Final = ("pace", "failsafe", "read_back", "warning")
+_FOR_OPERATOR: Final = ("pace", "failsafe", "read_back", "warning")
 
 
-def spoken(device: Mapping[str, str]) -> dict[str, str]:
+def facts_for_operator(device: Mapping[str, str]) -> dict[str, str]:
     """Of a device's facts those that an operator must know before anything moves."""
-    return {key: said for key, said in device.items() if _subject(key) in _SPOKEN}
+    return {key: said for key, said in device.items() if _subject(key) in _FOR_OPERATOR}
 
 
 def is_warning(key: str) -> bool:

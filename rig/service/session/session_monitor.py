@@ -27,7 +27,7 @@ from rig.service.session.last_resort import last_resort
 from rig.service.session.left_unsafe import LeftUnsafe
 from rig.service.session.process_watch import PathMaker, is_final
 from rig.service.session.refusals import BY_HAND, NOT_OPEN, NOT_READY, UNFIT
-from rig.service.session.session import LoopEntry, Session, Watching, spoken
+from rig.service.session.session import LoopEntry, Session, Watching, facts_for_operator
 from rig.service.session.telemetry import Telemetry
 
 _LOG = logging.getLogger("pamrig")
@@ -263,7 +263,7 @@ class SessionMonitor:
 
     def _of_the_device(self, facts: Mapping[str, str]) -> list[str]:
         """Pace, fail-safe and warnings, and what would be left without us; Refused when that takes too long."""
-        said = [f"{key}: {text}" for key, text in spoken(facts).items()]
+        said = [f"{key}: {text}" for key, text in facts_for_operator(facts).items()]
         if self._parts.simulated:
             return said
         left = last_resort(self._parts.rig, facts)

@@ -15,7 +15,7 @@ from hil.reference.source import PhysicsSource
 from rig.app.gap.blind_checking import source_of
 from rig.blind_check.answer import answer_cases
 from rig.blind_check.check import score_unit
-from rig.blind_check.experiments import told_by_experiments
+from rig.blind_check.experiments import figures_by_experiments
 from rig.blind_check.folder import CheckFolder, read_json, write_json
 from rig.blind_check.follow_up import carry_out, recommended
 from rig.blind_check.generate import draw, make_unit, open_labels, units
@@ -130,7 +130,7 @@ def later(names: list[str], parted: bool | None) -> Round:
 
 def test_a_case_that_asked_for_nothing_keeps_its_answer() -> None:
     tie = row(["valve_lag", "delay"], rounds=(later(["delay", "valve_lag"], False), later(["delay"], True)))
-    found = told_by_experiments([row(["delay"]), tie])
+    found = figures_by_experiments([row(["delay"]), tie])
     assert [stage["exact_first"]["k"] for stage in found["rounds"]] == [1, 2, 2]
     assert [stage["ties"]["k"] for stage in found["rounds"]] == [1, 1, 0]
     assert [stage["set_size"] for stage in found["rounds"]] == [1.5, 1.5, 1.0]
@@ -140,10 +140,10 @@ def test_a_case_that_asked_for_nothing_keeps_its_answer() -> None:
 
 
 def test_without_experiments_there_is_one_stage() -> None:
-    found = told_by_experiments([row(["delay"])])
+    found = figures_by_experiments([row(["delay"])])
     assert len(found["rounds"]) == 1
     assert found["experiments"]["asked"]["k"] == 0
-    assert told_by_experiments([])["experiments"]["minutes"] is None
+    assert figures_by_experiments([])["experiments"]["minutes"] is None
 
 
 def scored(root: Path, seed: int, rights: list[bool]) -> CheckFolder:

@@ -16,7 +16,7 @@ from rig.gap.answer.words.sentences import answers
 from rig.gap.diagnosis import diagnose_with_grounds
 from rig.gap.history import day_of
 from rig.gap.hypotheses.library import LIBRARY
-from rig.gap.offered import VALVES, possible
+from rig.gap.possible_effects import VALVES, possible
 from rig.identify.fit import Identified
 from rig.identify.records.data import Options
 from rig.identify.validate import validate

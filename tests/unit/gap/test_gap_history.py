@@ -18,7 +18,7 @@ from rig.errors import ConfigError
 from rig.gap.answer.result import Interval
 from rig.gap.change_points import change_points, fewest_days
 from rig.gap.history import Change, Day, changes, growth, look_back, size_of, sizes_of
-from rig.gap.history_words import told
+from rig.gap.history_words import history_sentences
 from rig.gap.hypotheses.library import LIBRARY
 from rig.gap.settings import FALSE_ALARM_RATE
 from rig.log.convert import write_record
@@ -81,7 +81,7 @@ def test_a_cause_that_appears_and_grows_is_told() -> None:
     assert slope.first_day == "day_10"
     assert slope.per_day == pytest.approx(0.001, rel=0.05)
     assert slope.low <= slope.per_day <= slope.high
-    said = " ".join(told(look_back(days)))
+    said = " ".join(history_sentences(look_back(days)))
     assert "valve_lag" in said
     assert "0.001 s a day" in said
 
@@ -107,7 +107,7 @@ def test_where_an_effect_is_not_named_its_size_is_what_changes_nothing() -> None
     slow = days_with([0.1] * 8, [0.0] * 4 + [0.01] * 4)
     assert sizes_of(slow, "valve_lag")[1].tolist() == [0.0] * 4 + [0.01] * 4
     assert " went from 0 to 0.01 s on day_10" in " ".join(
-        told(look_back(days_with([0.1] * 20, [0.0] * 10 + [0.01] * 10)))
+        history_sentences(look_back(days_with([0.1] * 20, [0.0] * 10 + [0.01] * 10)))
     )
 
 
@@ -116,10 +116,10 @@ def test_what_is_no_effect_of_the_library_has_no_size() -> None:
 
 
 def test_where_nothing_changes_that_is_said() -> None:
-    assert told(look_back(days_with([0.1, 0.11, 0.1, 0.09, 0.1, 0.1], [0.0] * 6))) == [
+    assert history_sentences(look_back(days_with([0.1, 0.11, 0.1, 0.09, 0.1, 0.1], [0.0] * 6))) == [
         "6 days are too few to tell a change of level: at a false-alarm rate of 1 % it takes 10"
     ]
-    assert told(look_back(days_with([0.1, 0.11, 0.1, 0.09, 0.1, 0.1] * 2, [0.0] * 12))) == [
+    assert history_sentences(look_back(days_with([0.1, 0.11, 0.1, 0.09, 0.1, 0.1] * 2, [0.0] * 12))) == [
         "nothing changed over these days (at a false-alarm rate of 1 %)"
     ]
 

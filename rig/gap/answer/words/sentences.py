@@ -28,8 +28,8 @@ from rig.gap.answer.words.on_the_rig import ON_THE_RIG, OnTheRig, noun_of
 from rig.gap.answer.words.sizes import degrees, percent, size
 from rig.gap.answer.words.sureness import how_sure
 from rig.gap.hypotheses.inverse_problems import ANGLE, PRESSURES
-from rig.gap.offered import VALVES
 from rig.gap.plan.experiment import Experiment
+from rig.gap.possible_effects import VALVES
 from rig.gap.raw_tests.signature import MONITOR
 from rig.gap.reference.kinds import Kind
 from rig.gap.settings import EVEN_CHANCE, FAR

@@ -19,7 +19,7 @@ def history_json(days: list[DiagnosedDay]) -> dict[str, Any]:
     """The days in order of time with gap, floor and sizes in the rig's own unit; what changed and what grows, also in
     sentences. Days of another unit than the last are of another rig and left out, as one is whose diagnosis is none."""
     from rig.gap.history import History, look_back
-    from rig.gap.history_words import told
+    from rig.gap.history_words import history_sentences
 
     ordered = sorted(filter(_is_whole, days), key=lambda one: one.recorded_s)
     unit = unit_of(ordered[-1].found) if ordered else "deg"
@@ -29,7 +29,7 @@ def history_json(days: list[DiagnosedDay]) -> dict[str, Any]:
         "unit": unit,
         "days": [_plain(day, one) for day, one in zip(history.days, kept, strict=True)],
         "changes": [asdict(change) for change in history.changes],
-        "words": told(history, unit) if len(kept) > 1 else [],
+        "words": history_sentences(history, unit) if len(kept) > 1 else [],
         "effects": _units(history),
     }
 

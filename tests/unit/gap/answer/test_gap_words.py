@@ -20,8 +20,8 @@ from rig.gap.answer.result import Cause, Diagnosis, Interval, Ranked
 from rig.gap.answer.words.on_the_rig import ON_THE_RIG
 from rig.gap.answer.words.sentences import answers, chain_rows, headline
 from rig.gap.hypotheses.library import LIBRARY
-from rig.gap.offered import possible
 from rig.gap.plan.experiment import Experiment
+from rig.gap.possible_effects import possible
 from rig.model.effect_stages import EFFECT_STAGES
 
 TUNING = Retuning(0.751, 0.13, (ParameterMove("valve1_tau_s", 0.043, 0.0531, 0.0525, 0.0537, "s"),))

@@ -5,7 +5,7 @@ from dataclasses import replace
 from support.records.told_answers import told
 
 from rig.gap.answer.facts import Where
-from rig.gap.answer.words.notes import told_notes
+from rig.gap.answer.words.notes import folded
 from rig.gap.answer.words.shares import shares_along
 
 ASKED = "the model diverges under this input; left out"
@@ -21,7 +21,7 @@ def test_equal_notes_of_several_records_are_one_line() -> None:
         "sine_8: the command has holes",
         "the model is driven by the command",
     ]
-    assert told_notes(replace(told(), notes=notes)) == [
+    assert folded(notes) == [
         "P0 is 0.30 MPa: another P0?",
         f"2 records (sine_0, sine_1): {ASKED}",
         "2 records of earlier days (sine_0, sine_1): the command has holes",

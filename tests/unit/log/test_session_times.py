@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from rig.log.session_times import LONGEST_SESSION_S, are_numbered, begun_s
 from rig.record import Record
-from rig.session_times import LONGEST_SESSION_S, are_numbered, begun_s
 
 
 def record(**facts: object) -> Record:

@@ -11,7 +11,7 @@ from rig.errors import ConfigError
 from rig.gap.answer.words.sentences import answers
 from rig.gap.diagnosis import diagnose_with_grounds
 from rig.gap.hypotheses.library import LIBRARY
-from rig.gap.offered import possible
+from rig.gap.possible_effects import possible
 from rig.gap.settings import ABOVE_FLOOR
 from rig.model.parameters import AddedEffect
 from rig.record import Record
