@@ -57,7 +57,7 @@ def reread(record: Record, law: Callable[[Column], Column]) -> Record:
 
 
 def late(record: Record, delay_s: "float | Column") -> Record:
-    """All that was measured, as it was `delay_s` before."""
+    """All that was measured, as it was `delay_s` before: one number (s), or (n,) a delay for each row."""
     t = record.t_s - delay_s
     shifted = {
         name: np.interp(t, record.t_s, column) for name in MEASURED if (column := getattr(record, name)) is not None
@@ -66,7 +66,8 @@ def late(record: Record, delay_s: "float | Column") -> Record:
 
 
 def lagging(angle: Column, tau_s: float, period_s: float) -> Column:
-    """Behind a first-order low pass, exact between straight samples."""
+    """The angle (n,) behind a first-order low pass of `tau_s` above 0, exact between straight
+    samples."""
     from scipy.signal import lfilter
 
     steps, keep = len(angle), float(np.exp(-period_s / FINE / tau_s))
@@ -77,14 +78,15 @@ def lagging(angle: Column, tau_s: float, period_s: float) -> Column:
 
 
 def lost(angle: Column, share: float, random: Generator) -> Column:
-    """Rows that repeat the one before, with this probability."""
+    """The angle (n,), of which each row repeats the one before with the probability `share`."""
     gone = random.random(len(angle)) < share
     gone[0] = False
     return angle[np.maximum.accumulate(np.where(gone, 0, np.arange(len(angle))))]
 
 
 def dropped(angle: Column, probability: float, random: Generator, rail_deg: float | None = None) -> Column:
-    """Rows that read the rail, with this probability."""
+    """The angle (n,), of which each row reads the rail with this probability; without `rail_deg` one below all that was
+    read, by RAIL_BELOW of its range."""
     rail = float(angle.min()) - RAIL_BELOW * float(np.ptp(angle)) if rail_deg is None else rail_deg
     return np.where(random.random(len(angle)) < probability, rail, angle)
 

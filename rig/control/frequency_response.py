@@ -58,7 +58,8 @@ def best_linear_approximation(plant: Plant, amplitude_mpa: float) -> FrequencyRe
 
 
 def on_logarithmic_grid(frequency_hz: Column, response: Response, period_s: float) -> FrequencyResponse:
-    """The response between its lines, POINTS of them: a margin does not depend on where a line lies."""
+    """The response at POINTS frequencies between its first and last line, from (l,) both: a margin does not depend on
+    where a line lies."""
     grid = np.geomspace(frequency_hz[0], frequency_hz[-1], POINTS)
     return FrequencyResponse(grid, FrequencyResponse(frequency_hz, response, period_s).at(grid), period_s)
 

@@ -39,7 +39,8 @@ def score(angle_deg: Column, reference_deg: Column, dp_cmd_mpa: Column, period_s
 
 
 def lag_s(angle_deg: Column, reference_deg: Column, period_s: float) -> float:
-    """The shift of the reference from which the angle differs least but for an offset, between ticks by a parabola."""
+    """The shift (s) of the reference (n,) from which the angle (n,), without gaps, differs least but for an offset;
+    between ticks by a parabola. NaN where the reference stands still or has fewer than four rows."""
     most = min(round(MOST_LAG_S / period_s), len(reference_deg) // 4)
     if most < 1 or not np.ptp(reference_deg) > 0.0:
         return float("nan")

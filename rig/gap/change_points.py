@@ -38,8 +38,8 @@ _FORGOTTEN: Final = 50
 
 
 def change_points(values: Column, rate: float, seed: int = 0) -> list[tuple[int, float]]:
-    """Indices at which a new level begins, with their p-values, in order; `rate` is the chance of any in a series
-    without a change."""
+    """Indices of `values` (days,) at which a new level begins, with their p-values, in order; `rate` is the chance of
+    any in a series without a change."""
     trials = max(TRIALS, int(np.ceil(BEYOND / rate)) - 1)
     found = _by_shuffling(values, rate, trials, np.random.default_rng(seed))
     while found:

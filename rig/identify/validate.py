@@ -108,7 +108,8 @@ def outside(model: Model, data: Prepared) -> list[str]:
 
 
 def excited_hz(column: Column, dt_s: float) -> tuple[float, float]:
-    """Lowest and highest frequency of an excitation that hold a share of its strongest line's power."""
+    """Lowest and highest frequency (Hz) of an excitation (n,) whose lines hold _POWER_SHARE of the strongest one's
+    power."""
     window = np.hanning(len(column))
     power = np.abs(np.fft.rfft((column - np.mean(column)) * window)) ** 2
     strong = np.nonzero(power >= _POWER_SHARE * power.max())[0]

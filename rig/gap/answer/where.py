@@ -33,8 +33,8 @@ STEP_SHARE = 0.5
 
 
 def frequency_shares(pairs: Sequence[Pair], gaps: Sequence[Column]) -> list[OverFrequency]:
-    """For each record: the share of the gap that is constant, at the excitation's lines, at odd and even multiples, and
-    the rest."""
+    """For each record, of its gap (n,): the share of the mean square that is constant, at the excitation's lines, at
+    odd and even multiples, and the rest."""
     return [_lines_of(pair, gap) for pair, gap in zip(pairs, gaps, strict=True)]
 
 
@@ -79,7 +79,8 @@ def phase_shares(pairs: Sequence[Pair], healthy: Sequence[Column], gaps: Sequenc
 
 
 def region_shares(pairs: Sequence[Pair], healthy: Sequence[Column], gaps: Sequence[Column]) -> list[Band]:
-    """Over the angle, in bands of equal width: share of the gap, rms and mean."""
+    """Over the `healthy` angle (deg), in bands of equal width: share of the gap's mean square, rms and mean (deg). Of
+    each pair (n,)."""
     angle, gap = np.concatenate(healthy), np.concatenate(gaps)
     used = np.concatenate([pair.used for pair in pairs]) > 0
     edges = np.linspace(angle[used].min(), angle[used].max() + 1e-9, REGIONS + 1)

@@ -15,7 +15,7 @@ Change = Callable[[Sequence[Ready]], Column]
 
 
 def pressure_change(contexts: Sequence[RecordContext], response: ResponseModel) -> Change:
-    """Both monitors, valve 1 of every record and then valve 2."""
+    """Change of both monitors (MPa), valve 1 of every record and then valve 2."""
     course = Course(tuple(contexts))
     reference = course.reference
 
@@ -29,7 +29,8 @@ def pressure_change(contexts: Sequence[RecordContext], response: ResponseModel) 
 def angle_change(
     contexts: Sequence[RecordContext], base: Sequence[Column], response: ResponseModel, driven: bool
 ) -> Change:
-    """The angle, under the measured pressures when `driven`, else under the commands."""
+    """Change of the angle (deg), under the measured pressures when `driven`, else under the commands; `base`: for each
+    record (n,) the healthy rig's angle under them."""
     course = Course(tuple(contexts))
     pressures = course.measured if driven else None
     if pressures is None:

@@ -182,5 +182,6 @@ def _turns(n: int, count: int) -> Column:
 
 
 def lines_of(rows: Sequence[int], dt_s: Sequence[float], used: Sequence[Column], top_hz: float) -> Lines:
-    """The transform for records of these lengths."""
+    """The cosine lines up to `top_hz` (Hz) of records of so many rows each, with their periods (s) and their weights
+    `used`, (n,) a record."""
     return Lines(tuple(rows), tuple(dt_s), np.concatenate(list(used)), top_hz)

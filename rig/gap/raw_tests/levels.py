@@ -56,7 +56,8 @@ def once(measure: Measure) -> Measure:
 
 
 def level_deg(angles: Sequence[Column]) -> float:
-    """Noise by medians: white, or what a short running mean leaves, for noise that a filter has coloured."""
+    """Noise (deg) of angles (n,), by medians: white, or what a short running mean leaves, for noise that a filter has
+    coloured; the larger of both."""
     rests = np.concatenate([_rest(angle) for angle in angles])
     middle = grouped_median(np.abs(rests - np.median(rests)))
     plain = MAD_TO_STD * middle / np.sqrt(1.0 - 1.0 / NOISE_WINDOW_ROWS)
@@ -79,5 +80,5 @@ def _rest(angle: Column) -> Column:
 
 
 def white_level_deg(angles: Sequence[Column]) -> float:
-    """White noise by medians, rows beside an exact repeat left out."""
+    """White noise (deg) of angles (n,), by medians; rows beside an exact repeat left out."""
     return white_noise(angles, without_repeats=True)

@@ -11,7 +11,8 @@ from rig.record import Column
 
 
 def differs(mine: Column, theirs: Column) -> bool:
-    """Whether two inputs on one grid differ by more than their reading from a file does."""
+    """Whether two inputs (n,) on one grid differ by more than their reading from a file does: by more than ALIGNED of
+    what the first moves, rms."""
     return bool(np.std(mine - theirs) > ALIGNED * np.std(mine))
 
 

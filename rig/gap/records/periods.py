@@ -30,7 +30,7 @@ def _closest(command: Column, rows: int) -> int:
 
 
 def whole_periods(command: Column) -> int:
-    """Rows of the command that are whole periods; all of them where it has none."""
+    """How many rows from the start of the command (n,) make whole periods; n where it has none."""
     rows = period_rows(command)
     return len(command) if rows is None else len(command) // rows * rows
 

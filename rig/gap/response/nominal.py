@@ -28,7 +28,7 @@ class Reference:
 
 
 def mean_session(pair: Pair, pressures: bool) -> tuple[Column | None, Column | None, Column]:
-    """The mean of a pair's baseline sessions."""
+    """The mean of a pair's baseline sessions, each (n,): p1 and p2 (MPa), None without `pressures`, and angle (deg)."""
     angle = np.mean([session.angle_deg for session in pair.days], axis=0)
     if not pressures:
         return None, None, angle
@@ -38,7 +38,8 @@ def mean_session(pair: Pair, pressures: bool) -> tuple[Column | None, Column | N
 
 
 def fit_regulators(pairs: Sequence[Pair], measured: Sequence[tuple[Column, Column]]) -> tuple[Regulator, Regulator]:
-    """Dead time, fill and exhaust time constants of both valves from set-points and measured pressures."""
+    """Dead time, fill and exhaust time constants (s) of both valves from the pairs' set-points and the `measured`
+    pressures of each, p1 and p2 (n,) in MPa."""
     both = list(zip(pairs, measured, strict=True))
     return (
         fit_regulator([RegulatorRecord(pair.dt_s, pair.u1_mpa, pressures[0], pair.used) for pair, pressures in both]),
@@ -62,8 +63,8 @@ def references_of(
     pairs: Sequence[Pair],
     sessions: Sequence[tuple[Column | None, Column | None, Column]],
 ) -> tuple[tuple[Regulator, Regulator], list[Reference]]:
-    """Regulators and references: with the sessions' pressures fitted to them, else the model's or usual ones and
-    virtual pressures."""
+    """Both regulators and a reference for each pair, from its mean session as `mean_session` gives it: fitted to the
+    pressures where every session has them, else the model's regulators, or usual ones, and virtual pressures."""
     measured = [(first, second) for first, second, _ in sessions if first is not None and second is not None]
     if len(measured) == len(pairs):
         regulators: tuple[Regulator, Regulator] = fit_regulators(pairs, measured)

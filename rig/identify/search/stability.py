@@ -87,7 +87,8 @@ def dense_signals(sweep: SweepRange) -> list[Signal]:
 
 
 def excitation(signal: Signal, dt_s: float, periods: float) -> Column:
-    """dp (MPa) of so many periods of a signal, of its slowest part where it has several."""
+    """dp (n,) in MPa of so many periods of a signal, of its slowest part where it has several. ModelError for a signal
+    that is none of a check's."""
     if not isinstance(signal, (Sine, Triangle, Mixed)):
         raise ModelError(f"{signal.label}: no excitation of a check; allowed: sine, triangle, mixed")
     shape = _shape(replace(signal, amplitude_mpa=_SHAPED_MPA), dt_s, periods)

@@ -109,9 +109,9 @@ def remaining_gap(model: Model | None, causes: Sequence[Applied], expected: Expe
 def beside_pressures(
     model: Model | None, ahead: Sequence[Applied], behind: Sequence[Applied], expected: Expected
 ) -> list[Column]:
-    """As `remaining_gap`, of causes `behind` the pressure monitors: of the angle's gap under the pressures that were
-    measured, so that what the simulator misses of those, with the causes `ahead` of them in it, counts neither for nor
-    against the others."""
+    """For each pair (n,) in deg, as `remaining_gap`, of causes `behind` the pressure monitors: of the angle's gap under
+    the pressures that were measured, so that what the simulator misses of those, with the causes `ahead` of them in it,
+    counts neither for nor against the others."""
     gaps = [pair.case.angle_deg - base for pair, base in zip(expected.pairs, expected.base, strict=True)]
     if model is None or not behind:
         return from_own_zeros(gaps, expected)
