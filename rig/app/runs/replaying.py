@@ -12,7 +12,7 @@ from rig.app import compose, shipped
 from rig.app.runs import record_folders, runner
 from rig.app.runs.outcome import RunOutcome
 from rig.channels import PNEUMATIC, REST_MPA, Channels, channels_of, common
-from rig.config import read_yaml, structure
+from rig.config import read_yaml, structure, suggest
 from rig.errors import CheckFailed, ConfigError, RecordError, RigError
 from rig.excite.envelope import check_setpoints
 from rig.log import reader
@@ -33,7 +33,7 @@ from rig.own_units import own_plain
 from rig.realtime.program import Program
 from rig.report import log_figures
 from rig.rig_config import PERIODS_MS, RigConfig
-from rig.sample import Phase
+from rig.sample import WIRES, Phase
 
 if TYPE_CHECKING:
     from rig.model.parameters import Model
@@ -137,11 +137,20 @@ def _loaded(path: Path | None, recordings: Sequence[tuple[str, Path, LogContent]
 
 
 def load_gate(path: Path) -> dict[str, float]:
-    """The tolerances at `path`: a YAML mapping of fields of a sample to the largest difference allowed."""
+    """The tolerances at `path`: a YAML mapping of fields of a sample to the largest difference allowed, in the field's
+    unit. ConfigError for a gate that would let everything through, or nothing."""
     raw = read_yaml(path)
     if not isinstance(raw, dict) or not all(isinstance(value, int | float) for value in raw.values()):
         raise ConfigError(f"{path}: a gate maps fields to tolerances, for example `angle_deg: 0.001`")
-    return structure(raw, dict[str, float], str(path))
+    gate = structure(raw, dict[str, float], str(path))
+    if not gate:
+        raise ConfigError(f"{path}: names no field: it would let everything through")
+    for name, tolerance in gate.items():
+        if name not in WIRES:
+            raise ConfigError(f"{path}: unknown field {name!r}; {suggest(name, list(WIRES))}")
+        if tolerance < 0.0:
+            raise ConfigError(f"{path}: {name}: {tolerance:g} is below 0: no replay can keep it")
+    return gate
 
 
 def replay_all(job: ReplayJob, options: ReplayOptions) -> Iterator[Replayed]:
