@@ -29,14 +29,16 @@ are named beside any cause; more: a real second cause in the samples is told as 
 
 
 @dataclass(frozen=True)
-class ToldApart:
-    """The signatures that were found, told apart."""
+class JudgedSignatures:
+    """The signatures that were found: those that are causes, and those that are only seen."""
 
     causes: list[Cause]
     observations: list[Observation]
 
 
-def told_apart(signatures: Sequence[Signature], expected: Expected, gap_deg: float, else_found: bool) -> ToldApart:
+def judged_signatures(
+    signatures: Sequence[Signature], expected: Expected, gap_deg: float, else_found: bool
+) -> JudgedSignatures:
     """Which signatures are causes. `gap_deg`: rms of the smoothed records' gap; `else_found`: whether that shows
     anything.
 
@@ -53,7 +55,7 @@ def told_apart(signatures: Sequence[Signature], expected: Expected, gap_deg: flo
             causes.append(_cause(signature, signature.effect, before, share))
         elif signature.effect is not None or signature.variance_deg2 == 0.0:
             observations.append(_observation(signature, share))
-    return ToldApart(sorted(causes, key=lambda cause: cause.gap_after_deg), observations)
+    return JudgedSignatures(sorted(causes, key=lambda cause: cause.gap_after_deg), observations)
 
 
 def _raw_gap_deg(signature: Signature, expected: Expected, gap_deg: float) -> float:

@@ -13,7 +13,7 @@ from rig.gap.answer.how_far.further import Shrunk, further
 from rig.gap.answer.how_far.held_out import HowFar
 from rig.gap.answer.how_far.size_intervals import intervals, reference_of
 from rig.gap.answer.kept import dropped_effects, effects_not_kept, kept_effects, share_closed
-from rig.gap.answer.observations import told_apart, usual_of_a_simulator
+from rig.gap.answer.observations import judged_signatures, usual_of_a_simulator
 from rig.gap.answer.result import Cause, Diagnosis, Observation, Ranked
 from rig.gap.answer.where import frequency_shares, over_time, phase_shares, region_shares
 from rig.gap.hypotheses.fit import Fit
@@ -35,47 +35,28 @@ IN_TURN = (
 
 def tell(findings: Findings, after: Callable[[Sequence[tuple[str, Fit]]], HowFar]) -> Diagnosis:
     """The diagnosis; `after` says how far the gap shrinks with some causes in the simulator."""
-    pairs = findings.expected.pairs
-    gaps = commanded_gaps(findings.expected)
-    smoothed, known = rms_of(gaps, pairs), floor_of(findings.expected, findings.settings)
-    floor = known.deg
-    before = smoothed
-    kept = kept_effects(findings, before)
-    far = after([(one.posterior.problem.name, one.fit) for one in kept])
-    if far.after_deg > before and all(one.posterior.problem.name != PRESSURES for one in kept):
-        kept, far = [], after([])  # of records that the fit has not seen they explain nothing
+    gaps, known = commanded_gaps(findings.expected), floor_of(findings.expected, findings.settings)
+    before, floor = rms_of(gaps, findings.expected.pairs), known.deg
+    kept, far = _kept_and_how_far(findings, before, after)
     added = bool(kept) and far.after_deg <= before
     left = far.after_deg if added else before
     suspected = _unknowns(findings, kept, before)
     small = _small(findings, suspected, kept, before, left, floor)
     rest = [] if suspected else _rest(kept, before, left, floor)
     unknowns = [*(one for one in suspected if one not in small), *rest]
-    in_samples = told_apart(findings.signatures, findings.expected, before, bool(kept or unknowns))
+    in_samples = judged_signatures(findings.signatures, findings.expected, before, bool(kept or unknowns))
     nameless = Cause(UNKNOWN, "sensor", RAW_DATA, None, {}, before, before, 0.0, (), EITHER_CHANCE)
     strange = [nameless for _ in _strange(findings)]
     causes = [*_causes(findings, kept, before, far, added), *in_samples.causes, *unknowns, *strange]
     causes = [_doubted(findings.expected.pairing, cause) for cause in causes]
     raw = [cause for cause in causes if cause.judged_on == SIGNATURE]
-    if raw and len(raw) == len(causes):  # the gap is told where it was found: smoothed, it is hardly any
-        before, left = _gap_of_samples(raw)
-    low, high = _further(kept, before, floor, far, findings.settings) if added else (left, left)
-    named = any(cause.is_named for cause in causes)
-    gap = Gap(
-        rms_deg=before,
-        floor_deg=floor,
-        ratio=before / floor,
-        explained_fraction=_explained(kept, before, left, floor) if named else 0.0,
-        after_deg=left,
-        after_low_deg=low,
-        after_high_deg=high,
-        floor_source=floor_source(findings.expected),
-        smoothed_deg=smoothed,
-    )
+    interval = _further(kept, before, floor, far, findings.settings) if added else None
+    gap = _gap(findings, causes, kept, before, left, floor, interval)
     return Diagnosis(
         _verdict(causes),
         how_sure(findings, kept, raw, doubted=len(small) + len(rest) + len(strange)),
         gap,
-        _where(findings, causes, gaps, left, floor),
+        _where(findings, causes, gaps, gap.after_deg, floor),
         causes,
         _ranking(findings, raw),
         what_next(
@@ -86,11 +67,51 @@ def tell(findings: Findings, after: Callable[[Sequence[tuple[str, Fit]]], HowFar
             simulator=findings.simulator,
         ),
         evidence_of(findings, right_of_each(findings, kept), gaps, far, added),
-        _notes(findings, kept, [*known.notes, *_small_notes(small, kept, smoothed, floor)]),
+        _notes(findings, kept, [*known.notes, *_small_notes(small, kept, before, floor)]),
         doubts=findings.expected.pairing.doubts,
         reference=findings.expected.kind,
         retuning=findings.retuning,
         observations=[*in_samples.observations, *_usual(findings)],
+    )
+
+
+def _kept_and_how_far(
+    findings: Findings, before: float, after: Callable[[Sequence[tuple[str, Fit]]], HowFar]
+) -> tuple[list[Kept], HowFar]:
+    """The effects that are named, and how far the gap (rms in deg, `before`) shrinks with them. None where all act
+    behind the monitors and explain nothing of records that the fit has not seen."""
+    kept = kept_effects(findings, before)
+    far = after([(one.posterior.problem.name, one.fit) for one in kept])
+    if far.after_deg > before and all(one.posterior.problem.name != PRESSURES for one in kept):
+        return [], after([])
+    return kept, far
+
+
+def _gap(
+    findings: Findings,
+    causes: Sequence[Cause],
+    kept: Sequence[Kept],
+    smoothed: float,
+    left: float,
+    floor: float,
+    interval: tuple[float, float] | None,
+) -> Gap:
+    """The gap where it was found: that of the samples where nothing but these shows it, for it is hardly any when
+    `smoothed`. All in deg, rms; `interval` on further records, None where what is `left` holds there too."""
+    raw = all(cause.judged_on == SIGNATURE for cause in causes)
+    before, after = _gap_of_samples(causes) if causes and raw else (smoothed, left)
+    low, high = interval or (after, after)
+    named = any(cause.is_named for cause in causes)
+    return Gap(
+        rms_deg=before,
+        floor_deg=floor,
+        ratio=before / floor,
+        explained_fraction=_explained(kept, before, after, floor) if named else 0.0,
+        after_deg=after,
+        after_low_deg=low,
+        after_high_deg=high,
+        floor_source=floor_source(findings.expected),
+        smoothed_deg=smoothed,
     )
 
 

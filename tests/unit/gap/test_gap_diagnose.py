@@ -64,6 +64,7 @@ def test_effect_withheld_from_the_library_is_not_named() -> None:
 
 def test_shares_of_every_breakdown_add_up() -> None:
     found = asked(session(22, AddedEffect("backlash", {"width_deg": 1.0})), library=FEW)
+    assert len(found.where.frequency) == len(session(22))
     for line in found.where.frequency:
         assert sum(line.shares.values()) == pytest.approx(1.0)
     for bands in (found.where.phase, found.where.region):

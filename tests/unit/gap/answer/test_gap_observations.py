@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from support.plants.gap_rigs import asked, baselines, names, session
 
-from rig.gap.answer.observations import LEAST_SHARE, ToldApart, told_apart
+from rig.gap.answer.observations import LEAST_SHARE, JudgedSignatures, judged_signatures
 from rig.gap.answer.words.sentences import answers
 from rig.gap.raw_tests.signature import Signature, Size
 from rig.gap.records.pairs import pair_up
@@ -23,11 +23,11 @@ def signature(variance_deg2: float, effect: str | None = "quantisation") -> Sign
     return Signature("quantisation step", effect, True, 0.2, 0.0, "deg", "steps", STEP, 0.0, variance_deg2)
 
 
-def told(one: Signature, days: int, else_found: bool) -> ToldApart:
+def told(one: Signature, days: int, else_found: bool) -> JudgedSignatures:
     pairing = pair_up(session(90), [list(day) for day in baselines()[:days]], 0.2)
     kind = Kind.SESSIONS if days else Kind.SIMULATOR
     expected = Expected(kind, kind.value, pairing, [], None, ())  # type: ignore[arg-type]
-    return told_apart([one], expected, GAP_DEG, else_found)
+    return judged_signatures([one], expected, GAP_DEG, else_found)
 
 
 @pytest.mark.parametrize("else_found", [True, False])
@@ -55,8 +55,8 @@ def test_beside_records_without_raw_samples_a_small_mark_is_no_cause() -> None:
     pairing = pair_up(session(90), [list(baselines()[0])], 0.2)
     kept = replace(pairing, pairs=[replace(pair, raw_baselines=()) for pair in pairing.pairs])
     expected = Expected(Kind.FINGERPRINT, "fingerprint", kept, [], None, ())  # type: ignore[arg-type]
-    assert told_apart([signature(1e-6)], expected, GAP_DEG, False).causes == []
-    assert len(told_apart([signature(1e-6)], replace(expected, pairing=pairing), GAP_DEG, False).causes) == 1
+    assert judged_signatures([signature(1e-6)], expected, GAP_DEG, False).causes == []
+    assert len(judged_signatures([signature(1e-6)], replace(expected, pairing=pairing), GAP_DEG, False).causes) == 1
 
 
 def test_where_only_a_mark_is_named_the_gap_is_explained_by_its_share() -> None:
@@ -74,7 +74,8 @@ def test_where_only_a_mark_is_named_the_gap_is_explained_by_its_share() -> None:
 
 def test_what_no_effect_makes_is_an_observation_unless_it_is_in_the_angle() -> None:
     assert told(signature(0.0, effect=None), 3, False).observations[0].effect is None
-    assert told(signature(1.0, effect=None), 3, False) == ToldApart([], [])  # something unknown, which the verdict says
+    # something unknown, which the verdict says
+    assert told(signature(1.0, effect=None), 3, False) == JudgedSignatures([], [])
 
 
 def coarse(step_deg: float) -> list[Record]:
