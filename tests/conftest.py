@@ -25,6 +25,7 @@ settings.register_profile("house", deadline=None, derandomize=True)  # the same 
 settings.load_profile("house")
 
 ROOT = Path(__file__).resolve().parent.parent
+CONFIGS = ROOT / "configs"
 T = TypeVar("T")
 
 pytest_plugins = ("support.rigs.page_rig", "support.plants.family_plants", "support.plants.begun_hunts")

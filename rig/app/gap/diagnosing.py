@@ -27,15 +27,23 @@ class DiagnosisOptions:
 
     model: Path
     baselines: tuple[Path, ...]
+    """Folders of one earlier day each, or of such folders."""
     every_day: bool = False
     """Earlier days that disagree with the others count as well."""
     html_to: Path | None = None
+    """Where the report goes; with several cases the overview, and the reports beside it."""
     augmented_to: Path | None = None
-    next_to: Path | None = None
-    no_pressures: bool = False
-    effects: tuple[str, ...] = ()
-    reference: str = "auto"
+    """Where the simulator with the causes goes."""
     retuned_to: Path | None = None
+    """Where the simulator goes as it was fitted again to these records."""
+    next_to: Path | None = None
+    """Where the sweep goes that is recommended, if there is one."""
+    no_pressures: bool = False
+    """By the angle alone, whatever pressures were measured."""
+    effects: tuple[str, ...] = ()
+    """The effects that are asked about; empty: all that the rig can have."""
+    reference: str = "auto"
+    """As `rig.gap.diagnose` takes it."""
     rig: Path | None = None
     """The rig's YAML, for the effects that it can have."""
     tracking: Path | None = None

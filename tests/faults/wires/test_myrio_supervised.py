@@ -17,7 +17,7 @@ from pathlib import Path
 import psutil
 import pytest
 import yaml
-from conftest import ROOT
+from conftest import CONFIGS
 
 from hil.emulators.nifpga.bitfile import personality
 from hil.emulators.nifpga.board import BoardWiring
@@ -27,7 +27,6 @@ from rig.model.chain import Chain
 from rig.model.parameters import load_model
 from rig.realtime.clock import MonotonicClock
 
-CONFIGS = ROOT / "configs"
 SAFE = (0.2, 0.2)
 RESOURCE = f"RIO{os.getpid()}"
 """One process of the machine drives a RIO: tests beside these have one of their own."""

@@ -7,13 +7,14 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import pytest
+from conftest import CONFIGS
 
 from rig.errors import ConfigError, EnvelopeError
 from rig.excite.envelope import check
 from rig.excite.experiment import RunPlan, expand, load_sweep
 
 PERIOD_NS = 5_000_000
-SWEEPS = Path(__file__).resolve().parents[3] / "configs" / "sweeps"
+SWEEPS = CONFIGS / "sweeps"
 
 
 @dataclass(frozen=True)

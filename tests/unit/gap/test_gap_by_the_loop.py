@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 import yaml
-from conftest import ROOT
+from conftest import CONFIGS
 from support.warm import Warm
 
 from rig.gap import diagnose
@@ -14,7 +14,6 @@ from rig.log.reader import read
 from rig.model.parameters import load_model
 from rig.record import Record
 
-CONFIGS = ROOT / "configs"
 MODEL = load_model(CONFIGS / "models" / "simulated.yaml")
 
 

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import yaml
+from conftest import CONFIGS
 
 from rig.config import unstructure
 from rig.errors import ConfigError
@@ -24,7 +25,7 @@ from rig.model.response.model import regulators_of, response_of
 from rig.model.simulation import simulate
 from rig.record import Column, Record
 
-MODELS = Path(__file__).parents[3] / "configs" / "models"
+MODELS = CONFIGS / "models"
 RIG = load_model(MODELS / "simulated.yaml")
 ROWS = 2400
 

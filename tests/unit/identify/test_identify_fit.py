@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from conftest import CONFIGS
 
 from rig.errors import ModelError, RecordError
 from rig.identify.fit import Settings, identify
@@ -22,7 +23,7 @@ from rig.model.parameters import AddedEffect, Input, Model, Parameter, load_mode
 from rig.model.simulation import simulate
 from rig.record import Record
 
-MODELS = Path(__file__).parents[3] / "configs" / "models"
+MODELS = CONFIGS / "models"
 TRUTH = load_model(MODELS / "simulated.yaml")
 QUICK = Settings(seeds=(1,), swarm=SwarmSettings(iterations=150), workers=1)
 

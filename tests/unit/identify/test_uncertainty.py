@@ -1,10 +1,10 @@
 """How surely parameters are known: intervals hold the truth as often as they say, what no row shows is not exact."""
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
+from conftest import CONFIGS
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -23,8 +23,8 @@ from rig.model.parameters import Input, Model, load_model
 from rig.model.simulation import simulate
 from rig.record import Record
 
-CONFIGS = Path(__file__).parents[3] / "configs" / "models"
-TRUTH = load_model(CONFIGS / "simulated.yaml")
+MODELS = CONFIGS / "models"
+TRUTH = load_model(MODELS / "simulated.yaml")
 SINE_S = np.arange(2000) * 0.005
 
 

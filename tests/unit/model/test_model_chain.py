@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from conftest import CONFIGS
 
 from rig.errors import ConfigError, ModelError, RecordError
 from rig.model.chain import Chain, lay_out
@@ -14,7 +15,7 @@ from rig.model.simulation import simulate
 from rig.model.slots import Slot
 from rig.record import Record
 
-MODELS = Path(__file__).parents[3] / "configs" / "models"
+MODELS = CONFIGS / "models"
 
 
 @pytest.fixture

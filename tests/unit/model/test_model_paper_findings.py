@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from conftest import ROOT
+from conftest import CONFIGS
 
 from rig.excite.signals import Mixed, Signal, Sine, Triangle
 from rig.identify.search.stability import excitation
@@ -15,9 +15,9 @@ from rig.model.compiled.stages import compiled
 from rig.model.parameters import Model, load_model
 
 SWEEP = [Sine(f, 0.2) for f in (0.2, 0.5, 0.8)]
-TABLE_3 = load_model(ROOT / "configs" / "models" / "paper_table3.yaml")
+TABLE_3 = load_model(CONFIGS / "models" / "paper_table3.yaml")
 """Table III read literally: u in MPa, y in radians, theta over the sample time."""
-FIG_1 = load_model(ROOT / "configs" / "models" / "paper_fig1.yaml")
+FIG_1 = load_model(CONFIGS / "models" / "paper_fig1.yaml")
 """The caption of Fig. 1, with u in -1..1 at 0.2 MPa and the divisor that gives the figure's +-40 degrees."""
 
 

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from conftest import ROOT
+from conftest import CONFIGS
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.fft import idct
@@ -32,7 +32,6 @@ from rig.model.simulation import simulate
 from rig.record import Column
 
 PERIOD_NS = 10_000_000
-CONFIGS = ROOT / "configs"
 ROOM = SweepEnvelope(rests_mpa=(0.2,))
 FEW = [LIBRARY[name] for name in ("delay", "valve_lag", "valve_gain", "viscous_friction", "backlash", "sensor_lag")]
 
