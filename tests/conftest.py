@@ -158,7 +158,7 @@ def pytest_collection(session: pytest.Session) -> Iterator[None]:
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
-    group = parser.getgroup("rig", "tests in the lab: `pytest -m hardware --rig RIG.yaml`")
+    group = parser.getgroup("rig", "tests in the lab: `pytest tests/hardware -m hardware --rig RIG.yaml`")
     group.addoption("--rig", help="rig's YAML for the hardware tests; without it they never run")
     group.addoption("--allow-motion", action="store_true", help="also run the hardware tests that move the rig")
     again = parser.getgroup("again", "tests that could not be judged")

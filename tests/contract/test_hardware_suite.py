@@ -1,12 +1,14 @@
 """The lab's own tests are tested: their reading part runs against the emulated myRIO, and none runs unasked."""
 
+import re
+import shlex
 import subprocess
 import sys
-from pathlib import Path
 
 import pytest
+from conftest import ROOT
 
-ROOT = Path(__file__).resolve().parents[2]
+CALLS = re.findall(r"`pytest (.*?)`", (ROOT / "docs" / "how-to" / "bring_up.md").read_text(encoding="utf-8"))
 
 
 def pytest_in_the_lab(*arguments: str) -> subprocess.CompletedProcess[str]:
@@ -27,3 +29,16 @@ def test_without_a_rig_they_are_refused_in_one_line() -> None:
     done = pytest_in_the_lab("tests/hardware", "-m", "hardware")
     assert done.returncode == 4
     assert "need --rig RIG.yaml" in done.stderr
+
+
+def test_the_manual_calls_them_with_and_without_motion() -> None:
+    assert ["--allow-motion" in call for call in CALLS] == [False, True]
+
+
+@pytest.mark.parametrize("call", CALLS)
+def test_a_call_of_the_manual_finds_them(call: str) -> None:
+    """Where no folder is named pytest takes the rig's YAML for one, and does not know the option before it."""
+    words = shlex.split(call.replace("RIG.yaml", "configs/rigs/emulated_myrio.yaml"))
+    done = pytest_in_the_lab("--collect-only", *words)
+    assert done.returncode == 0, done.stderr
+    assert "tests/hardware/test_rig.py::" in done.stdout

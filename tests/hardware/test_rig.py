@@ -1,8 +1,8 @@
 """The real rig, in the order of docs/how-to/bring_up.md: first what only reads, then, with --allow-motion, small single
 steps.
 
-Never run by default: `pytest -m hardware --rig RIG.yaml`, then the same with --allow-motion. Stops at the first
-failure.
+Never run by default: `pytest tests/hardware -m hardware --rig RIG.yaml`, then the same with --allow-motion. Stops at
+the first failure.
 """
 
 import math
