@@ -4,6 +4,7 @@ waits.
 Nothing heavy is imported here: it runs on the controller.
 """
 
+import contextlib
 import ctypes
 import os
 import signal
@@ -45,14 +46,14 @@ def loop_process(setup: LoopSetup, pipe: Connection) -> None:
     try:
         loop, facts = _prepare(setup)
     except RigError as error:
-        pipe.send(("device" if isinstance(error, DeviceError) else "config", str(error)))
+        _tell(pipe, "device" if isinstance(error, DeviceError) else "config", str(error))
         return
     except Exception as error:  # noqa: BLE001  # of a driver: one line instead of a traceback
-        pipe.send(("error", f"the loop was not ready by an error of the program: {_one_line(error)}"))
+        _tell(pipe, "error", f"the loop was not ready by an error of the program: {_one_line(error)}")
         sys.exit(1)
     signal.signal(signal.SIGTERM, lambda *_: loop.terminate(Fault.TERMINATED))
     signal.signal(signal.SIGHUP, lambda *_: loop.terminate(Fault.CONTROL_LOST))
-    pipe.send(("ready", facts))
+    _tell(pipe, "ready", facts)
     try:
         _tick_when_told(loop, pipe)
     finally:  # it has left: a signal that comes while the interpreter ends is not to look like what ended it
@@ -62,18 +63,29 @@ def loop_process(setup: LoopSetup, pipe: Connection) -> None:
 
 def _tick_when_told(loop: Loop, pipe: Connection) -> None:
     try:
-        if pipe.recv() == "go":
+        if _word(pipe) == "go":
             loop.run()
             return
-    except EOFError:
-        pass
     except RigError as error:
-        pipe.send(("error", str(error)))
+        _tell(pipe, "error", str(error))
         return
     except Exception as error:  # noqa: BLE001  # the process's last resort: one line instead of a traceback
-        pipe.send(("error", f"the loop ended by an error of the program: {_one_line(error)}"))
+        _tell(pipe, "error", f"the loop ended by an error of the program: {_one_line(error)}")
         sys.exit(1)
     loop.leave()
+
+
+def _word(pipe: Connection) -> object:
+    """What the process that commands says; nothing once it is gone, with or without having heard us."""
+    with contextlib.suppress(EOFError, OSError):
+        return pipe.recv()
+    return None
+
+
+def _tell(pipe: Connection, kind: str, said: object) -> None:
+    """For the process that commands; one that is gone hears nothing, and this one comes to its own end all the same."""
+    with contextlib.suppress(OSError):
+        pipe.send((kind, said))
 
 
 def _one_line(error: BaseException) -> str:

@@ -64,11 +64,11 @@ def watcher_process(setup: WatcherSetup, pipe: Connection) -> None:
         alone = GoesOnAlone(rig, block, setup.writer)
         supervisor = _supervisor(setup, rig, block, device, alone)
     except StateError as error:
-        pipe.send(("state", str(error)))
+        _tell(pipe, "state", str(error))
         return
     if setup.writer is Writer.SUPERVISOR:
         _stand_by(device)
-    pipe.send(("ready", _take_measures(rig)))
+    _tell(pipe, "ready", _take_measures(rig))
     pipe.close()
     try:
         if supervisor.run() is not LoopVerdict.WATCHING and (setup.speaks or alone.since_s):
@@ -76,6 +76,12 @@ def watcher_process(setup: WatcherSetup, pipe: Connection) -> None:
     finally:
         with contextlib.suppress(Exception):
             device.close()
+
+
+def _tell(pipe: Connection, kind: str, said: object) -> None:
+    """For the process that commands; one that is gone meanwhile is the more reason to watch."""
+    with contextlib.suppress(OSError):
+        pipe.send((kind, said))
 
 
 class GoesOnAlone:

@@ -74,7 +74,15 @@ def _mapping_without_duplicates(loader: StrictLoader, node: yaml.MappingNode) ->
     return loader.construct_mapping(node, deep=True)
 
 
+def _forced_date(loader: StrictLoader, node: yaml.ScalarNode) -> Any:
+    """Of a text that looks like no date PyYAML asks for the parts without having found any."""
+    if not StrictLoader.timestamp_regexp.match(str(loader.construct_scalar(node))):
+        raise yaml.constructor.ConstructorError(None, None, f"{node.value!r} is no date", node.start_mark)
+    return loader.construct_yaml_timestamp(node)
+
+
 StrictLoader.add_constructor(yaml.resolver.BaseResolver.DEFAULT_MAPPING_TAG, _mapping_without_duplicates)
+StrictLoader.add_constructor("tag:yaml.org,2002:timestamp", _forced_date)
 StrictLoader.yaml_implicit_resolvers = {
     first: [(tag, pattern) for tag, pattern in resolvers if tag.rpartition(":")[2] not in ("int", "float", "timestamp")]
     for first, resolvers in yaml.SafeLoader.yaml_implicit_resolvers.items()

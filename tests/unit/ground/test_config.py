@@ -139,6 +139,7 @@ BROKEN = {
     "bad base64": "name: !!binary abc\n",
     "too deep": "[" * 1200,
     "a forced date that is none": "name: !!timestamp 2020-13-45\n",
+    "a forced date that looks like none": "name: !!timestamp x\n",
 }
 
 
