@@ -190,7 +190,7 @@ def _guess(file: Path, output: Path | None, json_to: str | None) -> None:
     type=click.Choice(["csv", "csv.gz", "parquet", "mat"]),
     default="csv",
     show_default=True,
-    help="OutputKind of the files.",
+    help="Kind of the files.",
 )
 @output_option(
     OutputKind.RECORDING,

@@ -218,25 +218,43 @@ def _write(
     grounds: "Grounds",
     origin: Mapping[str, str],
 ) -> None:
-    def place(path: Path) -> Path:
-        return place_of(path, case.name)
+    """RigError when a file cannot be written, after all that can be have been."""
 
-    if options.html_to:
+    def page(path: Path) -> None:
         from rig.report.gap_page import write_page
 
-        write_page(place(options.html_to), diagnosis, grounds, model, origin)
-    if options.augmented_to:
+        write_page(path, diagnosis, grounds, model, origin)
+
+    def with_causes(path: Path) -> None:
         from rig.gap.answer.how_far.augment import augmented
         from rig.model.parameters import save_model
 
-        save_model(augmented(model, diagnosis, grounds.expected), place(options.augmented_to))
-    if options.retuned_to:
+        save_model(augmented(model, diagnosis, grounds.expected), path)
+
+    def fitted_again(path: Path) -> None:
         from rig.gap.answer.how_far.retuning import retuned_model
         from rig.model.parameters import save_model
 
-        save_model(retuned_model(model, grounds.expected), place(options.retuned_to))
-    if options.next_to and diagnosis.next_experiment:
-        write_text(place(options.next_to), diagnosis.next_experiment.sweep(), OutputKind.SWEEP)
+        save_model(retuned_model(model, grounds.expected), path)
+
+    def next_sweep(path: Path) -> None:
+        if diagnosis.next_experiment:
+            write_text(path, diagnosis.next_experiment.sweep(), OutputKind.SWEEP)
+
+    missing = []
+    for write, path in (
+        (page, options.html_to),
+        (with_causes, options.augmented_to),
+        (fitted_again, options.retuned_to),
+        (next_sweep, options.next_to),
+    ):
+        try:
+            if path is not None:
+                write(place_of(path, case.name))
+        except RigError as error:
+            missing.append(str(error))
+    if missing:
+        raise RigError("; ".join(missing))
 
 
 def place_of(path: Path, day: str | None) -> Path:

@@ -217,7 +217,7 @@ def _judged(prepared: PreparedTracking, outcome: RunOutcome) -> Iterator[Tracked
     lines = {str(run["file"]): run for run in outcome.to_json()["runs"]}
     for result in outcome.runs:
         one = by_name.get(result.file.stem)
-        if one is not None and result.complete and not result.fault:
+        if one is not None and result.complete and not result.fault and not result.error:  # what has no file is told
             yield Tracked(
                 result.file, one.plan.name, one.kind, score_of(result.file), one.expected, lines[str(result.file)]
             )

@@ -20,9 +20,10 @@ from rig.cli.commands import cli
 from rig.errors import CheckFailed, Interrupted, RecordError, RigError
 from rig.gap import diagnosis as diagnosing
 from rig.gap.answer.facts import Gap, Verdict, Where
+from rig.gap.answer.how_far import augment
 from rig.gap.answer.result import Diagnosis
 from rig.realtime.faults import Fault
-from rig.report import gap_page
+from rig.report import fit_files, gap_page
 from rig.service.records.recorder_messages import RunResult
 
 MODEL = "configs/models/simulated.yaml"
@@ -71,6 +72,37 @@ def test_what_was_diagnosed_is_said_where_a_file_cannot_be_written(
     assert str(done.exception) == f"{place}: cannot be written: No space left on device"
     assert "Answer:" in done.output
     assert (tmp_path / "gap.json").exists() == (lost == "page")
+
+
+def no_place(*_: object) -> None:
+    raise RigError("cannot be written: No space left on device")
+
+
+def test_a_model_is_told_as_json_where_its_figures_cannot_be_written(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The first file that a disk did not take was the last that was written."""
+    made_log(tmp_path / "rec.mcap")
+    monkeypatch.setattr(fit_files, "write_fit_figures", no_place)
+    quick = ("--seeds", "1", "--particles", "4", "--iterations", "3", "--no-polish", "--unbounded")
+    files = ("-o", tmp_path / "m.yaml", "--figures", tmp_path / "figures", "--json", tmp_path / "m.json")
+    done = run("identify", tmp_path / "rec.mcap", *files, *quick)
+    assert str(done.exception) == "cannot be written: No space left on device"
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["m.json", "m.yaml", "rec.mcap"]
+
+
+def test_the_simulator_with_the_causes_is_written_where_the_page_cannot_be(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    made_log(tmp_path / "rec.mcap")
+    grounds = SimpleNamespace(expected=None)
+    monkeypatch.setattr(diagnosing, "diagnose_with_grounds", lambda *_, **__: (FOUND, grounds))
+    monkeypatch.setattr(gap_page, "write_page", no_place)
+    monkeypatch.setattr(augment, "augmented", lambda model, *_: model)
+    files = ("--html", tmp_path / "gap.html", "--augmented-model", tmp_path / "m.yaml")
+    done = run("gap", "diagnose", "--model", MODEL, "--log", tmp_path / "rec.mcap", *files)
+    assert str(done.exception) == "cannot be written: No space left on device"
+    assert (tmp_path / "m.yaml").exists()
 
 
 FAULTY = RunOutcome([RunResult(1, Path("sine.mcap"), ticks=9, fault=Fault.NOT_FOLLOWING)], 1)

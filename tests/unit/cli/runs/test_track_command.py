@@ -9,14 +9,17 @@ from click.testing import CliRunner, Result
 from support.records.mcap_files import contents
 
 from rig.app import compose, shipped
+from rig.app.runs import runner
+from rig.app.runs.outcome import RunOutcome
 from rig.app.runs.tracking import TrackOptions, prepare
 from rig.cli.gap.group import gap
 from rig.cli.runs.track import track, tune
-from rig.errors import RigError
+from rig.errors import CheckFailed, RigError
 from rig.excite.experiment import load_sweep
 from rig.log.reader import read
 from rig.model.parameters import AddedEffect, load_model, save_model
 from rig.sample import pack
+from rig.service.records.recorder_messages import RunResult
 
 GAINS = "closed_loop: {kp_mpa_per_deg: 0.002, ki_mpa_per_deg_s: 0.04}\n"
 TIMES = "settle_s: 0.5\nzero_s: 0.2\nramp_in_s: 0.5\nduration_s: 2.0\nramp_out_s: 0.2\n"
@@ -55,6 +58,20 @@ def test_the_inverse_follows_closer_and_the_json_says_so(tmp_path: Path, wave: P
     record = read(Path(runs[0]["file"]))[0]
     assert record.facts["closed_loop"]["kp_mpa_per_deg"] == 0.002
     assert len(record.extra["reference_deg"]) == 400
+
+
+def test_a_record_that_a_full_disk_did_not_take_is_told_as_that(
+    tmp_path: Path, wave: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Its sweep was whole: the missing file was read, and that it was not there was all that was said."""
+    no_room = "cannot be written: No space left on device"
+    lost = RunResult(1, tmp_path / "sine_0.5hz_20deg_none.mcap", complete=True, error=no_room)
+    outcome = RunOutcome([lost], 1, error=f"the rig was stopped: {no_room}")
+    monkeypatch.setattr(runner, "carry_out", lambda *_: outcome)
+    with pytest.raises(CheckFailed, match=r"the rig was stopped: cannot be written: No space left"):
+        call(wave, "-o", tmp_path / "out", "--json", tmp_path / "r.json")
+    (run,) = json.loads((tmp_path / "r.json").read_text())["runs"]
+    assert run["error"] == no_room
 
 
 def test_one_seed_is_one_history(tmp_path: Path, wave: Path) -> None:
