@@ -7,6 +7,7 @@ from typing import Any
 
 import click
 
+from rig.cli import room
 from rig.cli.streams import Streams
 from rig.errors import CheckFailed, Interrupted, RigError
 
@@ -82,8 +83,9 @@ def cli() -> None:
     """The pneumatic-muscle test rig: run it, simulate it, and find out why the two differ."""
 
 
-NO_ROOM = ("failed to map segment", "cannot allocate memory", "cannot map zero-fill pages")
-"""What the loader of glibc says of a library that has no room (elf/dl-load.c, dl-map-segments.h)."""
+NO_ROOM = ("failed to map segment", "cannot allocate memory", "cannot map zero-fill pages", "can't start new thread")
+"""What the loader of glibc says of a library that has no room (elf/dl-load.c, dl-map-segments.h), and CPython of a
+thread."""
 
 
 def main() -> None:
@@ -92,6 +94,7 @@ def main() -> None:
     os.environ.setdefault(
         "OPENBLAS_NUM_THREADS", "1"
     )  # our matrices are small and our work is spread already: its threads only wait
+    room.watch()
     status = _status()
     if failure := streams.failure():
         _say(f"pamrig: the system: {failure.strerror}")
@@ -121,9 +124,9 @@ def _status() -> Any:
     except RigError as error:
         _say(f"pamrig: {error}")
         return 2
-    except (MemoryError, ImportError, OSError) as error:
+    except (MemoryError, ImportError, OSError, RuntimeError) as error:
         if _no_memory(error):
-            _say("pamrig: not enough memory for this command (`ulimit -v`, or a limit of its container or service?)")
+            room.say_none()
         elif isinstance(error, OSError):
             _say(f"pamrig: {error.filename or 'the system'}: {error.strerror or error}")
         else:

@@ -9,6 +9,8 @@ import threading
 import time
 from typing import Any, Final
 
+from rig.cli import room
+
 INTERRUPTED: Final = 130
 _TOLD_TO_END: Final = (signal.SIGTERM, signal.SIGHUP)
 """What ends a process on the spot unless it listens, with whatever it has half written left behind."""
@@ -43,6 +45,9 @@ def carry_out_interruptibly(is_heard: bool) -> None:
             exec("")
     except KeyboardInterrupt:
         sys.exit(INTERRUPTED)
+    except MemoryError:  # for the commands' own modules; what a command meets is told by it
+        room.say_none()
+        sys.exit(2)
 
 
 def _end(*_: object) -> None:

@@ -203,6 +203,7 @@ def test_ctrl_c_during_the_work_is_one_line_and_status_130(
         MemoryError("Unable to allocate 3.2 GiB for an array"),
         ImportError("_ufuncs.so: failed to map segment from shared object"),
         OSError("Could not find/load shared object file 'libllvmlite.so': libllvmlite.so: failed to map segment"),
+        RuntimeError("can't start new thread"),
     ],
 )
 def test_a_command_that_gets_no_memory_says_so_in_one_line(
