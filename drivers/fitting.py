@@ -74,7 +74,7 @@ def calibrate(role: Role, measured: Measured, date: str, where: str) -> Calibrat
 def fit_points(points: Points, form: Form, reference_uncertainty: float = 0.0) -> CurveFit:
     """The curve through `points`; ValueError when they are too few, not finite, or do not run one way."""
     if len(points) < LEAST_POINTS:
-        raise ValueError(f"{len(points)} points are too few; at least {LEAST_POINTS} are needed")
+        raise ValueError(f"too few points, {len(points)}; at least {LEAST_POINTS} are needed")
     for number, point in enumerate(points, 1):
         if not all(map(math.isfinite, point)):
             raise ValueError(f"point {number}: {point[0]}, {point[1]} is not finite")

@@ -23,6 +23,9 @@ _HEAD_BYTES: Final = 1 << 16
 NO_LINKS: Final = (errno.EPERM, errno.ENOTSUP, errno.ENOSYS, errno.EXDEV, errno.EMLINK)
 """What a file system without hard links, such as FAT, says of one."""
 _NAME_BYTES: Final = 100
+_MOST_LINKS: Final = 40
+"""That Linux follows in one path."""
+_holds_descriptors: Final = re.compile(r"/proc/(self|\d+)(/task/\d+)?/fd").fullmatch
 UNFINISHED: Final = ".writing"
 """How the name of a file ends that a command has not finished."""
 FIGURE_SUFFIXES: Final = (".png", ".svg", ".pdf")
@@ -113,6 +116,8 @@ def _refusal(path: Path, kind: OutputKind, make_folder: bool) -> str:
         return "it is a folder" if os.path.isdir(path) else "it is a file, and a folder is wanted"
     if _is_stream(path):
         return "" if os.access(path, os.W_OK) else "not allowed there"
+    if _is_descriptor(path) and os.path.isfile(path):
+        return "it leads into a file, where more may stand; name a file of its own"
     above = path.resolve().parent
     while make_folder and not above.exists():
         above = above.parent
@@ -283,6 +288,18 @@ def _same(path: Path) -> object:
     except (OSError, ValueError):
         return os.path.realpath(path)
     return found.st_dev, found.st_ino
+
+
+def _is_descriptor(path: Path) -> bool:
+    """/dev/stdout, /dev/fd/3: what this process has open. A file there would not be written to but replaced, with all
+    that was in it or comes into it by the descriptor."""
+    for _ in range(_MOST_LINKS):
+        if _holds_descriptors(os.path.realpath(path.parent)):
+            return True
+        if not path.is_symlink():
+            return False
+        path = path.parent / path.readlink()
+    return False
 
 
 def _is_stream(path: Path) -> bool:

@@ -86,7 +86,8 @@ def recover(log_file: Path, output: Path | None, json_to: str | None) -> None:
             terminal.print(f"  lost: {counted(result.lost_at_the_ends, 'sample')} before the first or after the last")
         if result.unsaved_bytes:
             terminal.print(
-                f"  {result.unsaved_bytes} bytes after the last saved sample prove nothing; what they held is not known"
+                f"  {counted(result.unsaved_bytes, 'byte')} after the last saved sample prove nothing; "
+                "what was held there is not known"
             )
     emit(_recovery_json(result), json_to)
 

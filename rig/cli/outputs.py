@@ -19,7 +19,7 @@ _UNWRITTEN = "pamrig.unwritten"
 
 class Output(click.ParamType):  # type: ignore[type-arg]  # generic in the stubs only
     """A file that the command writes, or a folder: with `or_folder` a path that is one or has no suffix. `-` is stdout
-    with `stdout`."""
+    with `stdout`, and so is /dev/stdout: as a path it may be a file, which would be replaced."""
 
     name = "file"
 
@@ -30,7 +30,7 @@ class Output(click.ParamType):  # type: ignore[type-arg]  # generic in the stubs
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
         """The path, once nothing speaks against writing there; RigError otherwise."""
-        if self._stdout and value == "-":
+        if self._stdout and str(value) in ("-", "/dev/stdout"):
             return "-"
         path = Path(value)
         folder = self.or_folder and (os.path.isdir(path) or not path.suffix)

@@ -1,5 +1,6 @@
 """A history in sentences."""
 
+from rig.counted import counted
 from rig.gap.change_points import fewest_days
 from rig.gap.history import GAP, Change, Growth, History
 from rig.gap.settings import FALSE_ALARM_RATE
@@ -13,8 +14,8 @@ def history_sentences(history: History, unit: str = "deg") -> list[str]:
     if len(history.days) < (fewest := fewest_days(FALSE_ALARM_RATE)):
         return [
             *lines,
-            f"{len(history.days)} days are too few to tell a change of level: at a false-alarm rate of "
-            f"{100 * FALSE_ALARM_RATE:.0f} % it takes {fewest}",
+            f"{counted(len(history.days), 'day is', 'days are')} too few to tell a change of level: at a false-alarm "
+            f"rate of {100 * FALSE_ALARM_RATE:.0f} % it takes {fewest}",
         ]
     return lines or [f"nothing changed over these days (at a false-alarm rate of {100 * FALSE_ALARM_RATE:.0f} %)"]
 

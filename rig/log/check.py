@@ -12,6 +12,7 @@ import yaml
 from numpy.typing import NDArray
 
 from rig.config import structure
+from rig.counted import counted
 from rig.errors import ConfigError, RecordError
 from rig.log.mcap import schema
 from rig.log.mcap.collector import LogLine, SampleCollector, is_sample_channel
@@ -106,7 +107,7 @@ def _check_summary(contents: Contents, samples: Samples) -> Iterator[str]:
     if not len(samples):
         yield "it holds no samples"
     if contents.finished and contents.statistics is not None and contents.statistics.message_count < len(samples):
-        yield f"the summary counts {contents.statistics.message_count} messages, the file has more"
+        yield f"the summary counts {counted(contents.statistics.message_count, 'message')}, the file has more"
     if contents.finished and not contents.facts(schema.RESULT_METADATA):
         yield f"no metadata {schema.RESULT_METADATA}: how the run ended is not said"
 
@@ -158,33 +159,32 @@ def _check_order(samples: Samples) -> Iterator[str]:
     ticks = samples["tick"].astype(np.int64)
     steps = np.diff(ticks)
     if (backwards := steps <= 0).any():
-        yield f"ticks do not rise: {int(backwards.sum())} times, first after tick {ticks[:-1][backwards][0]}"
+        yield f"ticks do not rise: {counted(int(backwards.sum()), 'time')}, first after tick {ticks[:-1][backwards][0]}"
     skipped = samples["missed"][1:].astype(np.int64)
     unexplained = (steps > 0) & (steps - 1 != skipped)
     if unexplained.any():
         lacking = int(np.abs(steps - 1 - skipped)[unexplained].sum())
         yield (
-            f"{lacking} ticks are missing without being counted as missed, first after tick "
+            f"{counted(lacking, 'tick is', 'ticks are')} missing without being counted as missed, first after tick "
             f"{ticks[:-1][unexplained][0]}"
         )
     gaps = np.diff(samples.sequence.astype(np.int64)) - 1
     if (gaps > 0).any():
-        yield (
-            f"{int(gaps[gaps > 0].sum())} samples were lost between loop and file, first after tick "
-            f"{ticks[:-1][gaps > 0][0]}"
-        )
+        samples_were = counted(int(gaps[gaps > 0].sum()), "sample was", "samples were")
+        yield f"{samples_were} lost between loop and file, first after tick {ticks[:-1][gaps > 0][0]}"
     missed = samples["missed"] > 0
     if missed.any():
-        yield f"{int(samples['missed'].sum())} ticks were missed, first before tick {_first(samples, missed)}"
+        count = int(samples["missed"].sum())
+        yield f"{counted(count, 'tick was', 'ticks were')} missed, first before tick {_first(samples, missed)}"
 
 
 def _check_counts(samples: Samples, result: dict[str, Any]) -> Iterator[str]:
-    counted = {"ticks": len(samples), "records": len(samples), "missed": int(samples["missed"].sum())}
-    for name, count in counted.items():
+    there = {"ticks": len(samples), "records": len(samples), "missed": int(samples["missed"].sum())}
+    for name, count in there.items():
         if name in result and result[name] != count:
             yield f"`{name}` says {result[name]}, the file has {count}"
     if result.get("dropped"):
-        yield f"{result['dropped']} samples were dropped by the recorder"
+        yield f"{counted(result['dropped'], 'sample was', 'samples were')} dropped by the recorder"
 
 
 def _check_times(samples: Samples, run_facts: dict[str, Any]) -> Iterator[str]:
@@ -192,7 +192,8 @@ def _check_times(samples: Samples, run_facts: dict[str, Any]) -> Iterator[str]:
     for earlier, later in (("scheduled_ns", "woken_ns"), ("woken_ns", "read_ns"), ("read_ns", "written_ns")):
         wrong = samples[later] < samples[earlier]
         if wrong.any():
-            yield f"{later} lies before {earlier} at {int(wrong.sum())} ticks, first at tick {_first(samples, wrong)}"
+            ticks = counted(int(wrong.sum()), "tick")
+            yield f"{later} lies before {earlier} at {ticks}, first at tick {_first(samples, wrong)}"
     shift = samples.log_time_ns - scheduled
     if np.ptp(shift):
         yield f"the log time jumps against the loop's clock, first at tick {_first(samples, shift != shift[0])}"
@@ -214,14 +215,15 @@ def _check_times(samples: Samples, run_facts: dict[str, Any]) -> Iterator[str]:
 
 def _check_steps(samples: Samples) -> Iterator[str]:
     """The time of a log without a period (another program's): that it rises, and gaps that its ticks do not show."""
-    steps_ns, counted = np.diff(samples["scheduled_ns"]), np.diff(samples["tick"].astype(np.int64)) == 1
+    steps_ns = np.diff(samples["scheduled_ns"])
+    next_ticks = np.diff(samples["tick"].astype(np.int64)) == 1
     if (falls := steps_ns <= 0).any():
-        yield f"time does not rise: {int(falls.sum())} times, first after tick {_first(samples, falls)}"
-    gaps = counted & (steps_ns > _GAP_PERIODS * np.median(steps_ns))
+        yield f"time does not rise: {counted(int(falls.sum()), 'time')}, first after tick {_first(samples, falls)}"
+    gaps = next_ticks & (steps_ns > _GAP_PERIODS * np.median(steps_ns))
     if gaps.any():
         yield (
-            f"{int(gaps.sum())} gaps in time longer than {_GAP_PERIODS:g} periods, first {steps_ns[gaps][0] / 1e9:g} s "
-            f"after tick {_first(samples, gaps)}"
+            f"{counted(int(gaps.sum()), 'gap')} in time longer than {_GAP_PERIODS:g} periods, first "
+            f"{steps_ns[gaps][0] / 1e9:g} s after tick {_first(samples, gaps)}"
         )
 
 
@@ -236,7 +238,7 @@ def _check_values(samples: Samples, limits: Limits) -> Iterator[str]:
         unmarked = np.isnan(values) & ~absent & ~known_bad
         if name in ABSENT_BY_COLUMN and unmarked.any():
             yield (
-                f"{name} is missing without a flag at {int(unmarked.sum())} ticks, first at tick "
+                f"{name} is missing without a flag at {counted(int(unmarked.sum()), 'tick')}, first at tick "
                 f"{_first(samples, unmarked)}"
             )
         yield from _outside(name, values, low, high, samples["tick"], "tick", ~known_bad)
@@ -248,8 +250,8 @@ def _outside(
     wrong = judged & ((values < low - _ROUNDING) | (values > high + _ROUNDING) | np.isinf(values))
     if wrong.any():
         row = int(np.argmax(wrong))
-        times = int(wrong.sum())
-        yield f"{name} is outside {low:g} .. {high:g} at {times} rows, first {values[row]:g} at {place} {places[row]:g}"
+        rows = counted(int(wrong.sum()), "row")
+        yield f"{name} is outside {low:g} .. {high:g} at {rows}, first {values[row]:g} at {place} {places[row]:g}"
 
 
 def _check_columns(record: Record) -> Iterator[str]:
@@ -260,13 +262,14 @@ def _check_columns(record: Record) -> Iterator[str]:
         low, high = ranges.get(name, (-np.inf, np.inf))
         yield from _outside(name, column, low, high, record.t_s, "second", True)
         if name in ranges and np.isnan(column).any():
-            yield f"{name} is missing in {int(np.isnan(column).sum())} of {len(record)} rows"
+            missing = int(np.isnan(column).sum())
+            yield f"{name} is missing in {missing} of {counted(len(record), 'row')}"
     steps = np.diff(record.t_s)
     if len(steps) and (gaps := steps > _GAP_PERIODS * record.period_s).any():
         row = int(np.argmax(gaps))
         yield (
-            f"{int(gaps.sum())} gaps in time longer than {_GAP_PERIODS:g} periods, first {steps[row]:g} s after "
-            f"{record.t_s[row]:g} s"
+            f"{counted(int(gaps.sum()), 'gap')} in time longer than {_GAP_PERIODS:g} periods, first {steps[row]:g} s "
+            f"after {record.t_s[row]:g} s"
         )
 
 

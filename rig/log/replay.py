@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rig.columns import rms
+from rig.counted import counted
 from rig.errors import RecordError
 from rig.excite.experiment import Timing
 from rig.excite.setpoints import around
@@ -146,7 +147,7 @@ def departures(reference: Samples, replayed: Samples, tolerances: Mapping[str, f
     each; NaN in both is equal.
     """
     if len(reference) != len(replayed):
-        return [f"{len(replayed)} ticks, the reference has {len(reference)}"]
+        return [f"{counted(len(replayed), 'tick')}, the reference has {len(reference)}"]
     out = []
     for name, tolerance in tolerances.items():
         old, new = _relative(reference, name), _relative(replayed, name)
@@ -158,7 +159,8 @@ def departures(reference: Samples, replayed: Samples, tolerances: Mapping[str, f
                 f"{name} at tick {row}: {new[row]:.9g}, the reference has {old[row]:.9g}, a difference of "
                 f"{new[row] - old[row]:.3g}"
             )
-            out.append(f"{what} (allowed {tolerance:g}; {int(moved.sum())} ticks differ, by up to {largest:.3g})")
+            ticks = counted(int(moved.sum()), "tick differs", "ticks differ")
+            out.append(f"{what} (allowed {tolerance:g}; {ticks}, by up to {largest:.3g})")
     return out
 
 

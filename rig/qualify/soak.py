@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final
 
+from rig.counted import counted
 from rig.errors import RigError
 from rig.qualify import stalls
 from rig.qualify.faults.bench import FaultBench
@@ -131,7 +132,7 @@ def _watch(client: Any, note: Callable[[float, str], None], total: int) -> Watch
         seen.last = status = client.status()
         _look(status["processes"], seen)
         job = status["queue"][0]
-        note(job["done"], f"{job['done']} of {total} records")
+        note(job["done"], f"{job['done']} of {counted(total, 'record')}")
         if not status["working"]:
             if job["state"] != "stopped" or len(seen.interruptions) >= _MOST_INTERRUPTIONS:
                 return seen

@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final, NamedTuple
 
+from rig.counted import counted
 from rig.errors import RecordError
 from rig.log.mcap.reader import McapLog
 from rig.qualify.witness import LATE_NS, SLEEP_NS, Account, Stall
@@ -124,10 +125,10 @@ def summary(found: dict[str, Any]) -> list[str]:
     """For a person."""
     cores = f"core{'s' * (len(found['cores']) > 1)} {' or '.join(map(str, found['cores']))}"
     lines = [
-        f"{found['missed_in_records']} periods missed in the records, {found['missed_in_stalls']} of them in a stall "
-        "of the machine",
-        f"{found['not_valid']} records not valid, {found['not_valid_otherwise']} of them for another reason than a "
-        "stall of the machine",
+        f"{counted(found['missed_in_records'], 'period')} missed in the records, {found['missed_in_stalls']} of them "
+        "in a stall of the machine",
+        f"{counted(found['not_valid'], 'record')} not valid, {found['not_valid_otherwise']} of them for another "
+        "reason than a stall of the machine",
     ]
     if found["nothing_excused_because"]:
         return [*lines, f"no stall could be witnessed: {found['nothing_excused_because']}"]
@@ -135,7 +136,8 @@ def summary(found: dict[str, Any]) -> list[str]:
     longest = f"the longest of {found['longest_stall_ms']:.1f} ms"
     return [
         *lines,
-        f"{found['stalls']} stalls of more than {LATE_NS / 1e6:g} ms on the loop's {cores}, {longest}; {above}",
+        f"{counted(found['stalls'], 'stall')} of more than {LATE_NS / 1e6:g} ms on the loop's {cores}, "
+        f"{longest}; {above}",
     ]
 
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from rig.counted import counted
 from rig.errors import RecordError
 from rig.gap.records.alignment import align
 from rig.gap.records.conditions import difference
@@ -267,7 +268,8 @@ def _say_other_input(pairs: Sequence[Pair], notes: list[str]) -> None:
         notes.append(f"{names[0]}: its input is not exactly the baselines'; they are taken at its own")
     elif names:
         notes.append(
-            f"{len(names)} of {len(pairs)} records: their input is not exactly the baselines'; those are taken at it"
+            f"{len(names)} of {counted(len(pairs), 'record')}: their input is not exactly the baselines'; those are "
+            "taken at it"
         )
 
 

@@ -9,6 +9,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from rig.columns import correlation
+from rig.counted import counted
 from rig.errors import ModelError, RecordError
 from rig.gap.records.settings import (
     AGAINST,
@@ -109,7 +110,10 @@ def _still(record: Record) -> str:
 
 def _too_short(record: Record) -> str:
     length = float(record.t_s[-1] - record.t_s[0]) if len(record) else 0.0
-    return f"too short, {len(record)} rows in {length:.4g} s; needed: at least {LEAST_ROWS} rows and {SHORTEST_S:g} s"
+    return (
+        f"too short, {counted(len(record), 'row')} in {length:.4g} s; needed: at least {LEAST_ROWS} rows and "
+        f"{SHORTEST_S:g} s"
+    )
 
 
 def hole(record: Record, kind: str = "") -> str | None:

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rig.channels import common
+from rig.counted import counted
 from rig.errors import RecordError
 from rig.identify.records.causality import before_command, together
 from rig.identify.records.mix_ups import mix_ups, strange_clock
@@ -100,7 +101,8 @@ def prepare(record: Record, model: Model, options: Options | None = None) -> Pre
     repeated = repeated_packets(record)
     if np.mean(repeated) > LEAST_REPEATS:
         warnings.append(
-            f"{record.name}: {repeated.sum()} rows repeat the packet before them; their measurements were interpolated"
+            f"{record.name}: {counted(int(repeated.sum()), 'row repeats', 'rows repeat')} the packet before; the "
+            "measurements there were interpolated"
         )
         record = _without(record, repeated)
     regular = is_regular(record, model.sample_time_s)
@@ -154,7 +156,8 @@ def check_length(record: Record) -> None:
     length = float(record.t_s[-1] - record.t_s[0]) if len(record) else 0.0
     if len(record) < 3 or length < SHORTEST_S:
         raise RecordError(
-            f"{record.name}: {len(record)} rows over {length:.3g} s are too short; needed: at least {SHORTEST_S:g} s"
+            f"{record.name}: {counted(len(record), 'row')} over {length:.3g} s are too short; needed: at least "
+            f"{SHORTEST_S:g} s"
         )
 
 
@@ -279,7 +282,8 @@ def _missing(record: Record) -> list[str]:
         column = getattr(record, name)
         missing = 0 if column is None else int(np.sum(~np.isfinite(column)))
         if missing:
-            found.append(f"{record.name}: {missing} values of {name} are missing and were interpolated")
+            values = counted(missing, f"value of {name} is missing and was", f"values of {name} are missing and were")
+            found.append(f"{record.name}: {values} interpolated")
     return found
 
 

@@ -22,6 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rig.config import check_regular
+from rig.counted import counted
 from rig.errors import RecordError
 from rig.log.foreign.stamps import Stamp, Stamps, stamp
 from rig.log.mcap.framing import unpacked_limit
@@ -207,7 +208,8 @@ def _careful(table: TextTable, looked_at: list[int]) -> NDArray[np.float64]:
         where, cells = f"{table.path}, row {table.first_row + number}", filled(row, names)
         if len(cells) != len(names):
             hint = _SEPARATOR_HINT if len(cells) == 2 * len(names) and table.style.separator == "," else ""
-            raise RecordError(f"{where}: {len(cells)} cells where the header names {len(names)} columns{hint}")
+            told = f"{counted(len(cells), 'cell')} where the header names {counted(len(names), 'column')}"
+            raise RecordError(f"{where}: {told}{hint}")
         if number == 0:
             stamps = {column: Stamps(found) for column in looked_at if (found := stamp(cells[column])) is not None}
         for column in looked_at:

@@ -15,6 +15,7 @@ import numpy as np
 
 from rig.channels import LONGEST_NAME, Channel
 from rig.columns import correlation
+from rig.counted import counted
 from rig.errors import RecordError
 from rig.further import PLACES, RESERVED
 from rig.log.foreign.delimited import Style, read_lines, text_table
@@ -102,7 +103,8 @@ def guess(path: Path) -> Guess:
     known = [one for one in seen if one is not time and one.name not in other_times and np.isfinite(one.values).any()]
     rest = [one for one in known if np.ptp(_known(one)) > 0.0]
     if len(rest) < 2:
-        raise RecordError(f"{path}: {len(rest)} columns beside the time that move; a command and an answer are needed")
+        move = counted(len(rest), "column beside the time moves", "columns beside the time move")
+        raise RecordError(f"{path}: {move}; a command and an answer are needed")
     commands, angle, pressures = _roles(rest)
     still = [one for one in known if one not in rest]
     if len(commands) == 1:

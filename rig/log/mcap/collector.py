@@ -9,6 +9,7 @@ from typing import Any, Final, NamedTuple
 from mcap.opcode import Opcode
 from mcap.records import Channel, Schema
 
+from rig.counted import counted
 from rig.log.mcap import schema
 from rig.log.mcap.columns import GrowingSamples, Layout, Samples, layout_of, run_length
 from rig.log.mcap.contents import Contents
@@ -108,7 +109,7 @@ class SampleCollector:
 
     def _message(self, block: Block, data: bytes) -> None:
         if len(block.body) < MESSAGE_HEAD.size:
-            raise DamageError(block.start, f"a message of {len(block.body)} bytes, too few for its head")
+            raise DamageError(block.start, f"a message of {counted(len(block.body), 'byte')}, too few for its head")
         channel, _, log_time, _ = MESSAGE_HEAD.unpack_from(block.body)
         layout = self._layout(channel)
         if layout is not None:

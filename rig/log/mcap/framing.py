@@ -16,6 +16,7 @@ from mcap.data_stream import ReadDataStream
 from mcap.exceptions import McapError
 from mcap.opcode import Opcode
 
+from rig.counted import counted
 from rig.log.mcap.compression import Decompressor
 
 T = TypeVar("T")
@@ -83,11 +84,14 @@ def blocks(data: memoryview, start: int, end: int) -> Iterator[Block]:
     """The records between two offsets of `data`; DamageError at the first that does not fit in."""
     while start < end:
         if end - start < HEAD.size:
-            raise DamageError(start, f"{end - start} bytes are too few for a record: the file is cut here")
+            raise DamageError(
+                start, f"{counted(end - start, 'byte is', 'bytes are')} too few for a record: the file is cut here"
+            )
         opcode, length = HEAD.unpack_from(data, start)
         if length > end - start - HEAD.size:
             raise DamageError(
-                start, f"a record (opcode {opcode}) of {length} bytes where {end - start - HEAD.size} are left"
+                start,
+                f"a record (opcode {opcode}) of {counted(length, 'byte')} where {end - start - HEAD.size} are left",
             )
         block = Block(opcode, start, data[start + HEAD.size : start + HEAD.size + length])
         yield block
@@ -118,7 +122,9 @@ def parse_chunk(block: Block) -> Chunk:
         raise DamageError(block.start, "a chunk whose head is broken") from None
     packed = body[_CHUNK_HEAD.size + name_length + _LENGTH.size :]
     if len(packed) != packed_length:
-        raise DamageError(block.start, f"a chunk with {len(packed)} bytes of data where its head says {packed_length}")
+        raise DamageError(
+            block.start, f"a chunk with {counted(len(packed), 'byte')} of data where its head says {packed_length}"
+        )
     return Chunk(block.start, first_ns, last_ns, size, crc, name, packed)
 
 
@@ -144,7 +150,7 @@ class Unpacker:
         except ValueError as error:
             raise DamageError(chunk.start, f"a chunk {error}") from None
         if len(data) != chunk.size:
-            raise DamageError(chunk.start, f"a chunk of {len(data)} bytes where its head says {chunk.size}")
+            raise DamageError(chunk.start, f"a chunk of {counted(len(data), 'byte')} where its head says {chunk.size}")
         return data
 
     def open_ahead(self, chunks: Iterable[Chunk]) -> Iterator[tuple[Chunk, bytes]]:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
+from rig.counted import counted
 from rig.errors import RigError
 from rig.log.mcap.writer import PARTIAL_SUFFIX
 from rig.qualify.faults.bench import FaultBench, Spoilt
@@ -74,7 +75,7 @@ def _unmoved(bench: FaultBench, row: FaultRow, seen: _Seen) -> Finding:
     missed = bench.status()["loop"]["missed"] - seen.missed
     said = bench.log_text()[seen.log_chars :]
     problem = f"the rig stopped: {cause}" if cause else "" if row.said in said else f"the log does not say {row.said!r}"
-    return Finding(row, cause, None, f"{missed} periods skipped" if missed else "on the grid", problem)
+    return Finding(row, cause, None, f"{counted(missed, 'period')} skipped" if missed else "on the grid", problem)
 
 
 def _stopped(bench: FaultBench, row: FaultRow, seen: _Seen, since_ns: int) -> Finding:
@@ -93,7 +94,7 @@ def _stopped(bench: FaultBench, row: FaultRow, seen: _Seen, since_ns: int) -> Fi
     boxes = _black_boxes(bench) - seen.black_boxes
     evidence = ", ".join(
         [
-            *(f"black box of {_samples(box)} samples" for box in boxes),
+            *(f"black box of {counted(_samples(box), 'sample')}" for box in boxes),
             *_records(bench, cause == Fault.RECORDER_DIED.name),
         ]
     )
@@ -133,7 +134,7 @@ def _records(bench: FaultBench, recorder_lost: bool) -> list[str]:
         files = sorted([*bench.logs.rglob("*.mcap"), *bench.logs.rglob(f"*.mcap{PARTIAL_SUFFIX}")], key=_age)
         cut = bool(files) and files[0].suffix == PARTIAL_SUFFIX
         if not cut or recorder_lost or time.monotonic() > deadline:
-            return [f"{'cut ' if cut else ''}record of {_samples(files[0])} samples"] if files else []
+            return [f"{'cut ' if cut else ''}record of {counted(_samples(files[0]), 'sample')}"] if files else []
         time.sleep(0.01)
 
 

@@ -19,6 +19,7 @@ from multiprocessing.process import BaseProcess
 from pathlib import Path
 from typing import Any, Final, Self
 
+from rig.counted import counted
 from rig.realtime.commands import Mailbox, program_name, program_path
 from rig.realtime.program import Program
 from rig.realtime.ring import CAPACITY, Ring
@@ -88,7 +89,7 @@ class Session:
         self._options = dict(options or {})
         self._context = multiprocessing.get_context("spawn")
         swept = len(sweep_stale(KEPT_RING))
-        self.swept = f"{SWEPT} {swept} blocks of processes that were killed" if swept else ""
+        self.swept = f"{SWEPT} {counted(swept, 'block')} of processes that were killed" if swept else ""
         """What of dead processes lay in shared memory, and was removed, in words."""
         name = f"{self.id:016x}"
         self.ring = Ring.create(f"{name}{ring_suffix}", self.id, CAPACITY, owner)

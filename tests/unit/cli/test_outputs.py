@@ -4,6 +4,7 @@ import contextlib
 import json
 import os
 import stat
+import subprocess
 from dataclasses import replace
 from pathlib import Path
 
@@ -11,6 +12,7 @@ import pytest
 from click.testing import CliRunner
 from support.click_tree import commands
 from support.records.made_logs import made_content, made_log
+from support.run_command import PAMRIG
 
 from rig.app import shipped
 from rig.cli.commands import cli
@@ -312,6 +314,32 @@ def test_json_of_a_result_replaces_json(log: Path, tmp_path: Path) -> None:
     for _ in range(2):
         assert run("log", "info", log, "--json", out)[1] == 0
         assert json.loads(out.read_text())["files"]
+
+
+def test_what_comes_into_a_file_by_a_descriptor_is_added_to_it(log: Path, tmp_path: Path) -> None:
+    """`--json /dev/stdout >> results.json` put a new file in the place of the old one: what stood there was gone."""
+    results = tmp_path / "results.json"
+    results.write_text('{"of": "yesterday"}\n')
+    with results.open("a") as kept:
+        subprocess.run([PAMRIG, "log", "info", log, "--json", "/dev/stdout"], stdout=kept, check=True)
+    before, _, added = results.read_text().partition("\n")
+    assert before == '{"of": "yesterday"}'
+    assert json.loads(added)["files"][0]["samples"]
+
+
+def test_a_descriptor_that_leads_into_a_file_is_no_place_for_another(tmp_path: Path) -> None:
+    page = tmp_path / "page.html"
+    page.write_text("<!doctype html>\n")
+    with page.open("a") as kept:
+        link = tmp_path / "link.html"
+        link.symlink_to(f"/dev/fd/{kept.fileno()}")
+        for place in (link, Path(f"/proc/self/fd/{kept.fileno()}")):
+            with pytest.raises(RigError, match=r"it leads into a file, where more may stand; name a file of its own$"):
+                write_text(place, "<!doctype html>", OutputKind.PAGE)
+    read_end, write_end = os.pipe()
+    with open(read_end) as reader, open(write_end, "w"):
+        write_text(Path(f"/dev/fd/{write_end}"), "a line\n", OutputKind.PAGE)
+        assert reader.readline() == "a line\n"
 
 
 @pytest.mark.parametrize("name", ["x" * 5000, "a\0b", "\ud800"])

@@ -30,9 +30,9 @@ def test_a_csv_that_is_in_order(tmp_path: Path) -> None:
     assert check(path) == []
     path.write_text("t_s,dp_cmd_mpa,angle_deg\n0,0,1\n0.005,0,\n0.010,0,700\n0.050,0,1\n")
     assert check(path) == [
-        "angle_deg is outside -360 .. 360 at 1 rows, first 700 at second 0.01",
+        "angle_deg is outside -360 .. 360 at 1 row, first 700 at second 0.01",
         "angle_deg is missing in 1 of 4 rows",
-        "1 gaps in time longer than 1.5 periods, first 0.04 s after 0.01 s",
+        "1 gap in time longer than 1.5 periods, first 0.04 s after 0.01 s",
     ]
     path.write_text("t_s,dp_cmd_mpa\n0,x\n")
     assert check(path) == ["row 2: dp_cmd_mpa: 'x' is not a number"]
@@ -42,12 +42,12 @@ def test_a_log_of_another_program_is_asked_for_its_time_as_its_table_is(tmp_path
     """It has no period, so that its ticks are the rows: a clock that leapt by years was in order."""
     t_s = np.arange(200) * 0.005 + np.where(np.arange(200) < 100, 0.0, 1e9)
     content = content_of_record(Record("made", t_s, np.zeros(200), np.zeros(200)), {})
-    assert findings_of(content, tmp_path) == "1 gaps in time longer than 1.5 periods, first 1e+09 s after tick 99"
+    assert findings_of(content, tmp_path) == "1 gap in time longer than 1.5 periods, first 1e+09 s after tick 99"
     falling = content.samples["scheduled_ns"].copy()
     falling[100:] -= 2 * falling[100] - 5_000_000
     content.samples.fields["scheduled_ns"][:] = falling
     (tmp_path / "run.mcap").unlink()
-    assert "time does not rise: 1 times, first after tick 99" in findings_of(content, tmp_path)
+    assert "time does not rise: 1 time, first after tick 99" in findings_of(content, tmp_path)
 
 
 def spoil(name: str, row: int, value: float) -> Callable[[LogContent], None]:
@@ -80,15 +80,17 @@ def old_clock(content: LogContent) -> None:
         (lose_rows, "`valid` is true, and should be false"),
         (jump, "the log time jumps against the loop's clock, first at tick 300"),
         (old_clock, "the wall clock was not set"),
-        (spoil("tick", 100, 50), "ticks do not rise: 1 times, first after tick 99"),
+        (spoil("tick", 100, 50), "ticks do not rise: 1 time, first after tick 99"),
         (spoil("missed", 100, 3), "3 ticks were missed, first before tick 100"),
-        (spoil("woken_ns", 100, 0), "woken_ns lies before scheduled_ns at 1 ticks, first at tick 100"),
+        (spoil("missed", 100, 1), "1 tick was missed, first before tick 100"),
+        (spoil("missed", 100, 1), "1 tick is missing without being counted"),
+        (spoil("woken_ns", 100, 0), "woken_ns lies before scheduled_ns at 1 tick, first at tick 100"),
         (spoil("scheduled_ns", 100, 123_456_789_001), "ticks are not due on the grid of 5000000 ns, first at tick 100"),
         (spoil("p1_age_ns", 100, -5), "p1_age_ns is implausible, -5 at tick 100"),
-        (spoil("p1_mpa", 100, 0.9), "p1_mpa is outside -0.03 .. 0.6 at 1 rows, first 0.9 at tick 100"),
+        (spoil("p1_mpa", 100, 0.9), "p1_mpa is outside -0.03 .. 0.6 at 1 row, first 0.9 at tick 100"),
         (spoil("p2_cmd_mpa", 100, 0.51), "p2_cmd_mpa is outside 0 .. 0.5"),
-        (spoil("angle_deg", 100, np.inf), "angle_deg is outside -360 .. 360 at 1 rows, first inf at tick 100"),
-        (spoil("angle_deg", 100, np.nan), "angle_deg is missing without a flag at 1 ticks, first at tick 100"),
+        (spoil("angle_deg", 100, np.inf), "angle_deg is outside -360 .. 360 at 1 row, first inf at tick 100"),
+        (spoil("angle_deg", 100, np.nan), "angle_deg is missing without a flag at 1 tick, first at tick 100"),
         (spoil("fault", 400, 9), "fault STALE_VALUE from tick 400 on"),
     ],
 )

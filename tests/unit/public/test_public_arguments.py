@@ -82,7 +82,7 @@ WRONG: list[tuple[Callable[[], Any], type[Exception], str]] = [
         "baselines: .* got 'monday'",
     ),
     (lambda: pamrig.diagnose("simulated", SHORT, SHORT), pamrig.ConfigError, "baselines: expected a list with one"),
-    (lambda: pamrig.diagnose("simulated", SHORT.rows(slice(0, 1))), pamrig.RecordError, "too short, 1 rows in 0 s"),
+    (lambda: pamrig.diagnose("simulated", SHORT.rows(slice(0, 1))), pamrig.RecordError, "too short, 1 row in 0 s"),
     (lambda: pamrig.diagnose("simulated", SHORT, 3), pamrig.ConfigError, "baselines: expected a list .* got 3"),
     (lambda: pamrig.replay("x", clock="fast"), pamrig.ConfigError, "clock: 'fast' is unknown"),
     (lambda: pamrig.save_model("simulated", "x.yaml"), pamrig.ModelError, "save_model: expected a Model"),
