@@ -23,7 +23,7 @@ def say_none() -> None:
 
 def watch() -> None:
     """From now on a library that has no room is a MemoryError; nothing where nothing is limited."""
-    if resource.getrlimit(resource.RLIMIT_AS)[0] != resource.RLIM_INFINITY:
+    if _is_limited():
         sys.meta_path.insert(0, _Watched())
 
 
@@ -33,8 +33,18 @@ class _Watched:
     def find_spec(self, name: str, *_: object) -> None:
         """MemoryError where too little is left for that library."""
         need_mb = NEEDS_MB.get(name)
-        if need_mb is not None and not _is_free(need_mb * _MB):
-            raise MemoryError(f"{name}: needs {need_mb} MB")
+        if need_mb is not None:
+            ask(need_mb)
+
+
+def ask(need_mb: int) -> None:
+    """MemoryError where less is left of a memory that is limited; for work that ends as those libraries do."""
+    if _is_limited() and not _is_free(need_mb * _MB):
+        raise MemoryError(f"{need_mb} MB are not to be had")
+
+
+def _is_limited() -> bool:
+    return resource.getrlimit(resource.RLIMIT_AS)[0] != resource.RLIM_INFINITY
 
 
 def _is_free(size_bytes: int) -> bool:

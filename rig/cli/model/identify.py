@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, TypeVar, cast
 import click
 
 from rig.app.terminal import console
+from rig.cli import room
 from rig.cli.common import Number, emit, json_option, with_options
 from rig.cli.outputs import Command, Output, output_option, told_at_the_end
 from rig.outputs import OutputKind
@@ -19,6 +20,9 @@ if TYPE_CHECKING:
     from rig.record import Record
 
 P = TypeVar("P")
+_SEARCH_MB = 800
+"""Of address space for a search whose machine code is made anew, as measured; where LLVM finds less, it ends the
+process."""
 Report = Callable[[str, float, float], None]
 _LOGS = click.argument("logs", nargs=-1, required=True, metavar="LOG...", type=click.Path(path_type=Path))
 
@@ -159,6 +163,7 @@ def identify(logs: tuple[Path, ...], output: Path, json_to: str | None, **asked:
     follows.
     """
     _one_blas_thread()
+    room.ask(_SEARCH_MB)
     from rig.app.model.identifying import SearchOptions, StartOptions, identify_model
     from rig.cli.model.shown import identified_json, show_identified, show_worst
     from rig.model.parameters import save_model

@@ -12,7 +12,7 @@ import signal
 import threading
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import suppress
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from multiprocessing.connection import Connection
 from multiprocessing.process import BaseProcess
@@ -126,7 +126,9 @@ class Session:
         return self
 
     def __exit__(self, *_: object) -> None:
-        self.close()
+        """Ctrl-C, and its like, once more: whoever leaves is under way already."""
+        with _unheard():
+            self.close()
 
     def open(
         self, programs: Sequence[Program] = (), *, scripted: bool = False, meanwhile: Callable[[], None] = lambda: None
@@ -364,6 +366,17 @@ def ending_signals() -> list[signal.Signals]:
     ignored."""
     hang_up = [] if signal.getsignal(signal.SIGHUP) is signal.SIG_IGN else [signal.SIGHUP]
     return [signal.SIGINT, signal.SIGTERM, *hang_up]
+
+
+@contextmanager
+def _unheard() -> Iterator[None]:
+    """Nothing is ended by any of `ending_signals` meanwhile; for the main thread."""
+    before = {number: signal.signal(number, signal.SIG_IGN) for number in ending_signals()}
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
 
 
 def own_signals(handler: Callable[[int], None]) -> None:

@@ -115,7 +115,7 @@ def test_repeated_packets_are_found_and_interpolated() -> None:
     broken = replace(record, **columns)
     assert np.array_equal(np.nonzero(repeated_packets(broken))[0], rows)
     data = prepare(broken, PRESSURE)
-    assert "490 rows repeat the packet before them" in data.warnings[0]
+    assert "490 rows repeat the packet before" in data.warnings[0]
     assert np.max(np.abs(data.angle_deg - record.angle_deg)) < 0.1 < np.max(np.abs(broken.angle_deg - record.angle_deg))
 
 

@@ -1,6 +1,7 @@
-"""Processes of a rig that are being started when the one that commands them is killed."""
+"""Processes of a rig when the one that commands them is killed while they start, or interrupted while they end."""
 
 import secrets
+import signal
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -93,3 +94,18 @@ def test_a_watcher_whose_commander_is_gone_when_it_is_ready_watches(
     watchers.end()
     assert watcher.exitcode == 0
     assert capfd.readouterr().err == ""
+
+
+def test_ctrl_c_once_more_while_a_session_ends_leaves_nothing_in_shared_memory() -> None:
+    """`pamrig latency` left three blocks there."""
+
+    def end_loop() -> None:
+        signal.raise_signal(signal.SIGINT)
+        ended()
+
+    before = signal.getsignal(signal.SIGINT)
+    with Session(loop_process, compose.load(None), virtual=True) as session:
+        session.open()
+        ended, session._end_loop = session._end_loop, end_loop  # type: ignore[method-assign]  # noqa: SLF001
+    assert not any(block.path.exists() for block in (session.ring.block, session.mailbox.block))
+    assert signal.getsignal(signal.SIGINT) is before
