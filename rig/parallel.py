@@ -16,6 +16,7 @@ from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager, suppress
 from multiprocessing import active_children, get_context
 from multiprocessing.process import BaseProcess
+from multiprocessing.resource_tracker import ensure_running
 from typing import Any, TypeVar
 
 from rig.errors import RigError
@@ -80,7 +81,18 @@ class _Local(Executor):
         self._pool = self._made()
 
     def _made(self) -> ProcessPoolExecutor:
+        _start_tracker()
         return ProcessPoolExecutor(self._workers, get_context("spawn"), _begin_worker, (os.getpid(),))
+
+
+def _start_tracker() -> None:
+    """multiprocessing's own helper, deaf to the end of the terminal as it is to Ctrl-C: ended by that, it is started
+    anew for whoever closes what it knows nothing of, with a traceback for each."""
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGHUP})
+    try:
+        ensure_running()
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 class _Cancelled(Future[Any]):

@@ -154,3 +154,20 @@ def _address(place: Path) -> str:
     with distributed.Client(address, set_as_default=False) as client:
         client.wait_for_workers(2, timeout=60)
     return address
+
+
+TERMINAL_THAT_CLOSES = """
+import os, signal
+from multiprocessing import resource_tracker
+from rig.parallel import executor
+with executor(workers=1) as pool:
+    pool.submit(int).result()
+    os.kill(resource_tracker._resource_tracker._pid, signal.SIGHUP)
+"""
+
+
+def test_the_end_of_a_terminal_makes_no_tracebacks_of_the_pools_own_helper() -> None:
+    """It hears all of a terminal's signals; `pamrig gap design 2> log` had eight tracebacks in its log."""
+    command = [sys.executable, "-c", TERMINAL_THAT_CLOSES]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)
+    assert (done.returncode, done.stderr) == (0, "")
