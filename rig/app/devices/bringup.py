@@ -224,10 +224,20 @@ class DeviceTicker:
                 elif owed and not said and time.monotonic() > until_s:
                     said = True
                     _tell(f"{NOT_SAFE}: {error}; the safe state is written as soon as the device takes it")
+            elif self._at is not None:
+                owed = not self._answers()
             if self._supervision is not None:
                 self._supervision.beat()
             if self._quit.wait(RETRY_S if owed else self._period_ns / 1e9):
                 return
+
+    def _answers(self) -> bool:
+        """Asked each period, a module's own watchdog does not take the safe set-points elsewhere."""
+        try:
+            self._device.read()
+        except Exception:  # noqa: BLE001  # whatever it is: what stands there is not known any more
+            return False
+        return True
 
     def _step(self) -> None:
         if self._goal is None or self._at is None:

@@ -286,6 +286,53 @@ def test_a_device_is_tried_for_as_long_as_somebody_is_asked_for_a_number(capsys:
         ticker.wait(1.0)
 
 
+class Tripping(Watched):
+    """A device whose own watchdog takes the outputs elsewhere when it is not fed; `away` for a while if that is set."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.away = threading.Event()
+        self.moved, self.made_safe = False, threading.Event()
+
+    def read(self) -> Measurement:
+        if self.away.is_set():
+            self.is_safe = False
+            self.away.clear()
+            raise DeviceLost("scripted: gone for a moment")
+        return super().read()
+
+    def write(self, *_: float) -> None:
+        self.moved, self.is_safe = True, False
+
+    def safe(self) -> None:
+        self.is_safe = True
+        self.made_safe.set()
+
+
+class Left(Above):
+    """Of whom one is lost as soon as the rig has moved."""
+
+    def trouble(self) -> str:
+        return "the guardian's process is gone" if self._device.moved else ""  # type: ignore[attr-defined]
+
+
+def test_the_safe_state_of_a_command_that_gave_up_stands_for_as_long_as_somebody_is_asked_for_a_number() -> None:
+    """Nobody spoke to the module any more: after half a second its watchdog had taken both valves to 0 MPa, under "safe
+    state written"."""
+    device = Tripping()
+    with pytest.raises(DeviceLost), DeviceTicker(device, 5_000_000, SAFE_MPA, Left(device)) as ticker:  # type: ignore[arg-type]  # noqa: PT012
+        with contextlib.suppress(DeviceLost):
+            ticker.go_to(0.3, 0.3)
+        assert device.made_safe.wait(5.0)
+        device.fed.clear()
+        assert device.fed.wait(5.0), "its watchdog is fed while the question is open"
+        device.made_safe.clear()
+        device.away.set()
+        assert device.made_safe.wait(5.0), "and what it may have lost is written anew"
+        ticker.wait(1.0)
+    assert device.is_safe
+
+
 def test_a_rig_that_was_left_by_ctrl_c_is_said_to_be_safe(capsys: pytest.CaptureFixture[str]) -> None:
     device = Away()
     device.back.set()
