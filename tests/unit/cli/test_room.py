@@ -1,10 +1,12 @@
 """A process whose memory is limited: libraries that would end it, or ask for ever, are not loaded."""
 
+import errno
 import importlib
 import resource
 import subprocess
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 from support.run_command import PAMRIG
@@ -38,7 +40,13 @@ def test_only_where_memory_is_limited_is_it_asked_for(
 @pytest.mark.parametrize("more", [0, 1])
 def test_a_library_is_loaded_where_there_is_room_and_only_there(more: int, monkeypatch: pytest.MonkeyPatch) -> None:
     free_bytes = room.NEEDS_MB["numpy"] * (1 << 20) - 1 + more
-    monkeypatch.setattr(room, "_is_free", lambda size_bytes: size_bytes <= free_bytes)
+
+    def mapped(_: int, size_bytes: int, **__: int) -> SimpleNamespace:
+        if size_bytes > free_bytes:
+            raise OSError(errno.ENOMEM, "Cannot allocate memory")
+        return SimpleNamespace(close=lambda: None)
+
+    monkeypatch.setattr("mmap.mmap", mapped)
     monkeypatch.setattr(sys, "meta_path", [*sys.meta_path])
     monkeypatch.setattr(resource, "getrlimit", lambda _: (1 << 30, 1 << 30))
     room.watch()

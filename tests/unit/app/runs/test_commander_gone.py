@@ -99,13 +99,13 @@ def test_a_watcher_whose_commander_is_gone_when_it_is_ready_watches(
 def test_ctrl_c_once_more_while_a_session_ends_leaves_nothing_in_shared_memory() -> None:
     """`pamrig latency` left three blocks there."""
 
-    def end_loop() -> None:
+    def interrupted() -> None:
         signal.raise_signal(signal.SIGINT)
-        ended()
+        dismissed()
 
     before = signal.getsignal(signal.SIGINT)
     with Session(loop_process, compose.load(None), virtual=True) as session:
         session.open()
-        ended, session._end_loop = session._end_loop, end_loop  # type: ignore[method-assign]  # noqa: SLF001
+        dismissed, session.dismiss_loop = session.dismiss_loop, interrupted  # type: ignore[method-assign]
     assert not any(block.path.exists() for block in (session.ring.block, session.mailbox.block))
     assert signal.getsignal(signal.SIGINT) is before
