@@ -17,7 +17,7 @@ from rig.cli.gap.check_options import (
     records_option,
 )
 from rig.cli.gap.options import html_option, page_option, path_type, workers_option
-from rig.cli.outputs import Group, options_behind_the_step, output_option, told_at_the_end
+from rig.cli.outputs import Group, options_behind_the_step, output_option, write_errors_last
 from rig.counted import counted
 from rig.outputs import OutputKind
 
@@ -162,7 +162,7 @@ def merge(folders: tuple[Path, ...], unfinished: bool, html_to: Path | None, jso
 
     result = result_of_all([CheckFolder(folder) for folder in folders], unfinished)
     if html_to is not None:
-        with told_at_the_end():
+        with write_errors_last():
             write_page(result, html_to)
     console(json_to).print(check_table(result))
     emit(result, json_to)
@@ -182,7 +182,7 @@ def compare(first: Path, other: Path, html_to: Path | None, json_to: str | None)
 
     found = compared(CheckFolder(first), CheckFolder(other))
     if html_to is not None:
-        with told_at_the_end():
+        with write_errors_last():
             write_text(html_to, pairs_page(found), OutputKind.PAGE)
     console(json_to).print(pairs_table(found))
     emit(found.to_json(), json_to)
@@ -212,7 +212,7 @@ def _report(folder: "CheckFolder", result: dict[str, Any], html_to: Path | None,
     terminal = console(json_to)
     terminal.print(check_table(result))
     terminal.print(str(kept))
-    with told_at_the_end():
+    with write_errors_last():
         write_page(result, page)
         terminal.print(str(page))
     emit(result, json_to)

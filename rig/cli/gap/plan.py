@@ -9,7 +9,7 @@ from hil.reference.names import DESIGNED_FOR
 from rig.app.terminal import console, listing, progress
 from rig.cli.common import Number, emit, family_option, json_option, model_option
 from rig.cli.gap.options import baseline_option, reference_option
-from rig.cli.outputs import FORMERLY_OUTPUT, Command, figure_option, output_option, told_at_the_end
+from rig.cli.outputs import FORMERLY_OUTPUT, Command, figure_option, output_option, write_errors_last
 from rig.outputs import OutputKind
 
 if TYPE_CHECKING:
@@ -73,7 +73,7 @@ def capability(
         from rig.report.plan_figures import matrix_figure
 
         name, first = next(iter(found.sweeps.items()))
-        with told_at_the_end():
+        with write_errors_last():
             save(matrix_figure(name, first), figure)
     emit(report_capability(found), json_to)
 
@@ -143,7 +143,7 @@ def design(
             families,
             update,
         )
-    with told_at_the_end():
+    with write_errors_last():
         write_text(output, found.text(output.stem), OutputKind.SWEEP)
     power, default = found.design.power, found.default
     out = console(json_to)

@@ -12,7 +12,7 @@ import click
 from rig.app.terminal import console
 from rig.cli.common import emit, json_option, left_out_option, with_options
 from rig.cli.gap.options import families_option, html_option, page_option, path_type, workers_option
-from rig.cli.outputs import Group, output_option, told_at_the_end
+from rig.cli.outputs import Group, output_option, write_errors_last
 from rig.outputs import OutputKind
 
 if TYPE_CHECKING:
@@ -66,7 +66,7 @@ def sizes(
     asked = f"Written by `pamrig gap study sizes` on {date.today().isoformat()}: {units} unit(s) of {', '.join(known)}."
     page = sizes_page(rows_of(found), reference, asked)
     if html_to is not None:
-        with told_at_the_end():
+        with write_errors_last():
             write_text(html_to, page, OutputKind.PAGE)
     console(json_to).print(page)
     emit({"reference": reference, "found": [asdict(one) for one in found]}, json_to)
@@ -130,7 +130,7 @@ def sensitivity(
         base, moved = numbers.sensitivity(asked, workers, lambda done: update(done, f"{done} of {total}"))
     page = as_markdown(asked, base, moved, numbers.deciding())
     if html_to is not None:
-        with told_at_the_end():
+        with write_errors_last():
             write_text(html_to, page, OutputKind.PAGE)
     console(json_to).print(page, markup=False)
     emit(

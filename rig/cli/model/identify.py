@@ -11,7 +11,7 @@ import click
 from rig.app.terminal import console
 from rig.cli import room
 from rig.cli.common import Number, emit, json_option, with_options
-from rig.cli.outputs import Command, Output, output_option, told_at_the_end
+from rig.cli.outputs import Command, Output, output_option, write_errors_last
 from rig.outputs import OutputKind
 
 if TYPE_CHECKING:
@@ -177,11 +177,11 @@ def identify(logs: tuple[Path, ...], output: Path, json_to: str | None, **asked:
     show_identified(found, terminal)  # before its file: what was found is said where that cannot be written
     show_worst(found.model, records, found.scores, options, terminal)
     replaces = output.is_file() and output.stat().st_size > 0
-    with told_at_the_end():
+    with write_errors_last():
         save_model(found.model, output)
         terminal.print(f"model: {output}{', in place of the one that was there' if replaces else ''}")
     if asked["figures"] is not None:
-        with told_at_the_end():
+        with write_errors_last():
             write_fit_figures(found, records, asked["figures"])
             terminal.print(f"figures and tables: {asked['figures']}")
     emit(identified_json(found, output), json_to)
@@ -223,7 +223,7 @@ def validate(model: Path, logs: tuple[Path, ...], beside: tuple[Path, ...], json
     show_worst(models[model], records, result.scores, options, terminal)
     if asked["figures"] is not None:
         drawn = {path.stem: each for path, each in models.items()}
-        with told_at_the_end():
+        with write_errors_last():
             write_validation(drawn, records, result, options, asked["figures"])
             terminal.print(f"figures and tables: {asked['figures']}")
     aside = {str(path): validation_json(each, models[path]) for path, each in results.items() if path != model}

@@ -6,7 +6,7 @@ import click
 
 from rig.app.terminal import console
 from rig.cli.common import emit, family_option, json_option
-from rig.cli.outputs import Command, figure_option, output_option, told_at_the_end
+from rig.cli.outputs import Command, figure_option, output_option, write_errors_last
 from rig.counted import counted
 from rig.outputs import OutputKind
 
@@ -76,7 +76,7 @@ def simulate(
     if figure is not None:
         from rig.report.fit_figures import loops_figure, save_figure
 
-        with told_at_the_end():
+        with write_errors_last():
             save_figure(loops_figure(output.name, [run.record for run in runs]), figure)
             terminal.print(f"loops: {figure}")
     emit({"runs": [run.to_json() for run in runs]}, json_to)
