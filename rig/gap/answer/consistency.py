@@ -13,7 +13,7 @@ from typing import Any
 from rig.gap.answer.facts import RAW
 from rig.gap.hypotheses.inverse_problems import PRESSURES
 from rig.gap.hypotheses.library import UNKNOWN
-from rig.gap.settings import EITHER_CHANCE
+from rig.gap.settings import EITHER_CHANCE, FAR
 
 SAME = 1.001
 """Values closer than this are the same number."""
@@ -67,7 +67,7 @@ def _floor(diagnosis: Mapping[str, Any]) -> list[str]:
         return []
     sides = list(evidence.get("factors", {}).values())
     signatures = [signature for signature in evidence.get("signatures", []) if signature.get("found")]
-    if any(side["found"] for side in sides) or signatures:
+    if any(side["found"] or side["gap"] > FAR * side["floor"] for side in sides) or signatures:
         return []
     size, usual = f"{gap['rms_deg']:.3g} deg", f"{gap['floor_deg']:.3g} deg"
     return [f"{diagnosis['verdict']} at a gap of {size}, below the usual {usual}, by no other measure"]

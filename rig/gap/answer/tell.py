@@ -22,7 +22,7 @@ from rig.gap.hypotheses.library import LIBRARY, NONE, UNKNOWN
 from rig.gap.plan.next_experiment import what_next
 from rig.gap.raw_tests.signature import Signature
 from rig.gap.records.pairs import Pairing
-from rig.gap.reference.build import commanded_gaps, from_own_zeros, rms_of
+from rig.gap.reference.build import Kind, commanded_gaps, from_own_zeros, rms_of
 from rig.gap.response.causes import Applied, full_numbers
 from rig.gap.settings import ABOVE_FLOOR, EITHER_CHANCE, EVEN_CHANCE, FAR, LEAST_EXPLAINED, Fitted
 from rig.record import Column
@@ -42,7 +42,7 @@ def tell(findings: Findings, after: Callable[[Sequence[tuple[str, Fit]]], HowFar
     left = far.after_deg if added else before
     suspected = _unknowns(findings, kept, before)
     small = _small(findings, suspected, kept, before, left, floor)
-    rest = [] if suspected else _rest(kept, before, left, floor)
+    rest = [*([] if suspected else _rest(kept, before, left, floor)), *_too_far_for_nothing(findings, before)]
     unknowns = [*(one for one in suspected if one not in small), *rest]
     in_samples = judged_signatures(findings.signatures, findings.expected, before, bool(kept or unknowns))
     nameless = Cause(UNKNOWN, "sensor", RAW_DATA, None, {}, before, before, 0.0, (), EITHER_CHANCE)
@@ -295,6 +295,22 @@ def _rest(kept: Sequence[Kept], before: float, left: float, floor: float) -> lis
     if left >= before and share >= LEAST_EXPLAINED:
         stage, factor = "joint", ANGLE
     return [Cause(UNKNOWN, stage, factor, None, {}, before, before, 0.0, (first.fit.effect.name,), EITHER_CHANCE)]
+
+
+def _too_far_for_nothing(findings: Findings, before: float) -> list[Cause]:
+    """Something unknown on each factor on which nothing is likeliest, although a simulator that differs in all that it
+    may still leaves more than FAR floors: its class is missed by so much on no healthy rig, and what the likelihood
+    takes for a build that is missed by more than is usual is what a simulator lacks (docs/decisions/0661)."""
+    if findings.expected.kind is not Kind.SIMULATOR:
+        return []
+    return [
+        Cause(
+            UNKNOWN, "valve" if one.problem.name == PRESSURES else "joint", one.problem.name, None, {}, before, before,
+            0.0, (), EITHER_CHANCE,
+        )
+        for one in findings.posteriors
+        if not one.found and one.beyond_nothing > FAR
+    ]  # fmt: skip
 
 
 def _verdict(causes: Sequence[Cause]) -> Verdict:

@@ -90,6 +90,14 @@ class Posterior:
         """On which a hypothesis was judged."""
         return self.fits[name].forward if name in self.fits else self.plain
 
+    @property
+    def beyond_nothing(self) -> float:
+        """Floors (rms) by which the gap lies beyond all that may differ without being one, what a simulator usually
+        lacks included."""
+        usual = NONE if self.usual is None else self.usual.effect
+        factor = self.forward_of(usual).factor
+        return factor.beyond(self.left(usual)) / factor.floor
+
     def likely(self, least: float) -> list[str]:
         """The hypotheses of at least this probability, likeliest first."""
         ordered = sorted(self.probability, key=lambda name: -self.probability[name])

@@ -88,6 +88,12 @@ class Factor:
         """Root mean square of (n,) over the rows that were measured."""
         return rms(column, self.lines.used)
 
+    def beyond(self, left: Column) -> float:
+        """Root mean square of what is left (lines, (l,)) once all that may differ without being a gap is as large as it
+        likeliest is."""
+        further = left - self.healthy.patterns @ self.healthy.sizes(left)
+        return float(np.sqrt(np.sum(further**2) / max(float(self.lines.used.sum()), 1.0)))
+
     def doubting(self, patterns: Column) -> "Factor":
         """The same with further patterns (n, m) that may be there without being a gap, at one standard deviation."""
         return replace(self, healthy=self.healthy.with_patterns(self.lines.of(patterns)))

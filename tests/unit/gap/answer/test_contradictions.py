@@ -18,10 +18,10 @@ PLAY = replace(LAG, effect="backlash", stage="joint", judged_on="angle", paramet
 UNKNOWN = Cause("unknown", "joint", "angle", None, {}, 0.751, 0.751, 0.0, (), 0.9)
 
 
-def judged(found: bool) -> Evidence:
-    """What the angle showed, or did not, on two records."""
+def judged(found: bool, floors: float = 2.0) -> Evidence:
+    """What the angle showed, or did not, on two records, at a gap of so many floors."""
     records = [RecordGap(name, 0.75, 0.08) for name in ("a", "b")]
-    return Evidence({"angle": Judged(0.02, 0.001, "deg", found, {}, [], 0.0, {})}, records=records)
+    return Evidence({"angle": Judged(0.001 * floors, 0.001, "deg", found, {}, [], 0.0, {})}, records=records)
 
 
 SOUND = Diagnosis(
@@ -31,7 +31,14 @@ SOUND = Diagnosis(
 NONE = replace(SOUND, verdict=Verdict.NONE, causes=(), gap=replace(GAP, rms_deg=0.2), where=Where(None))
 
 
-@pytest.mark.parametrize("made", [SOUND, NONE])
+FAR_OFF = replace(
+    SOUND, verdict=Verdict.UNKNOWN, causes=(UNKNOWN,), gap=replace(GAP, rms_deg=0.09), evidence=judged(False, 4.0),
+    where=Where(UNKNOWN.stage),
+)  # fmt: skip
+"""Nothing is likeliest, and the side is far above its own floor (0661)."""
+
+
+@pytest.mark.parametrize("made", [SOUND, NONE, FAR_OFF])
 def test_a_sound_answer_does_not_contradict_itself(made: Diagnosis) -> None:
     assert contradictions(made.to_json()) == []
 
