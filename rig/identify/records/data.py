@@ -156,8 +156,8 @@ def check_length(record: Record) -> None:
     length = float(record.t_s[-1] - record.t_s[0]) if len(record) else 0.0
     if len(record) < 3 or length < SHORTEST_S:
         raise RecordError(
-            f"{record.name}: {counted(len(record), 'row')} over {length:.3g} s are too short; needed: at least "
-            f"{SHORTEST_S:g} s"
+            f"{record.name}: too short, {counted(len(record), 'row')} in {length:.3g} s; "
+            f"needed: at least {SHORTEST_S:g} s"
         )
 
 

@@ -39,7 +39,7 @@ COMMANDS: dict[str, tuple[list[str], list[Work]]] = {
             (app_history, "history_days", ([], SimpleNamespace(complain=lambda: None))),
             (app_history, "history_report", {}),
             (history, "look_back", PAST),
-            (history_words, "told", []),
+            (history_words, "history_sentences", []),
         ],
     ),
     "hunt": (["--model", MODEL, "-o", "{}/hunt"], [(hunting, "hunt_and_tell", HUNTED)]),
