@@ -45,6 +45,21 @@ def console(json_to: str | None = None) -> "Console":
     return Terminal(stderr=to_stderr, markup=False, highlight=False, soft_wrap=piped, width=width)
 
 
+def answer_to(question: str) -> str:
+    """The line that somebody types, without its end; click.Abort where there is none any more.
+
+    Where it is no terminal that is asked, not by `input()`: that takes whatever is raised while the question is written
+    for a fault of the stream, and goes on (CPython, builtin_input_impl). A signal that struck there was lost."""
+    import click
+
+    if sys.stdin.isatty() and sys.stdout.isatty():  # its line can be edited, and what a signal raises is not lost
+        return str(click.prompt(question, default="", show_default=False))
+    click.echo(f"{question}: ", nl=False)
+    if not (line := sys.stdin.readline()):
+        raise click.Abort
+    return line.rstrip("\n")
+
+
 def say(line: str, style: str) -> None:
     """A line for a person, on stderr, from one who goes on whether or not anybody reads it: a terminal may be gone."""
     with suppress(OSError):

@@ -18,7 +18,7 @@ from drivers.fitting import Form, Measured, calibrate, summary
 from rig.app import compose, wire_locks
 from rig.app.devices.bringup import DeviceTicker, mean
 from rig.app.supervised_command import SupervisedCommand, check_last_resort, supervised
-from rig.app.terminal import listing
+from rig.app.terminal import answer_to, listing
 from rig.config import read_yaml, structure, unstructure
 from rig.errors import ConfigError, RigError, beside
 from rig.interfaces import Device, Role
@@ -232,7 +232,7 @@ def _ticker(device: Device, rig: RigConfig, above: SupervisedCommand | None = No
 def _ask(question: str) -> float | None:
     """A number, asked for until it is one; None for an empty line."""
     while True:
-        text = click.prompt(question, default="", show_default=False).strip()
+        text = answer_to(question).strip()
         if not text:
             return None
         try:
