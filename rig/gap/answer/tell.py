@@ -45,8 +45,7 @@ def tell(findings: Findings, after: Callable[[Sequence[tuple[str, Fit]]], HowFar
     rest = [*([] if suspected else _rest(kept, before, left, floor)), *_too_far_for_nothing(findings, before)]
     unknowns = [*(one for one in suspected if one not in small), *rest]
     in_samples = judged_signatures(findings.signatures, findings.expected, before, bool(kept or unknowns))
-    nameless = Cause(UNKNOWN, "sensor", RAW_DATA, None, {}, before, before, 0.0, (), EITHER_CHANCE)
-    strange = [nameless for _ in _strange(findings)]
+    strange = [_unknown("sensor", RAW_DATA, before) for _ in _strange(findings)]
     causes = [*_causes(findings, kept, before, far, added), *in_samples.causes, *unknowns, *strange]
     causes = [_doubted(findings.expected.pairing, cause) for cause in causes]
     raw = [cause for cause in causes if cause.judged_on == SIGNATURE]
@@ -243,16 +242,27 @@ def _unknowns(findings: Findings, kept: Sequence[Kept], before: float) -> list[C
         useless = id(posterior) in left_out
         if posterior.found and (posterior.fit is None or posterior.beside > EVEN_CHANCE or useless):
             near = sorted(posterior.fits, key=lambda name: -posterior.probability[name])[:2]
-            nowhere = "valve" if posterior.problem.name == PRESSURES else "joint"
-            stage = posterior.fits[near[0]].effect.stage if near else nowhere
+            factor = posterior.problem.name
+            stage = posterior.fits[near[0]].effect.stage if near else _usual_stage(factor)
             chance = posterior.probability[UNKNOWN] if posterior.fit is None else posterior.beside
             chance = 1.0 - posterior.probability[NONE] if useless else chance
             if id(posterior) in dropped:
                 chance = min(chance, EITHER_CHANCE)
-            found.append(
-                Cause(UNKNOWN, stage, posterior.problem.name, None, {}, before, before, 0.0, tuple(near), chance)
-            )
+            found.append(_unknown(stage, factor, before, near, chance))
     return found
+
+
+def _unknown(
+    stage: str, judged_on: str, gap_deg: float, near: Sequence[str] = (), chance: float = EITHER_CHANCE
+) -> Cause:
+    """Something unknown, which closes nothing of the gap (rms); `near`: what is most like it. Where it has no
+    probability of its own it is believed half."""
+    return Cause(UNKNOWN, stage, judged_on, None, {}, gap_deg, gap_deg, 0.0, tuple(near), chance)
+
+
+def _usual_stage(factor: str) -> str:
+    """Where something unknown is that a factor shows and that is like no effect."""
+    return "valve" if factor == PRESSURES else "joint"
 
 
 def _explained(kept: Sequence[Kept], before: float, after: float, floor: float) -> float:
@@ -294,7 +304,7 @@ def _rest(kept: Sequence[Kept], before: float, left: float, floor: float) -> lis
     stage, factor = first.fit.effect.stage, first.posterior.problem.name
     if left >= before and share >= LEAST_EXPLAINED:
         stage, factor = "joint", ANGLE
-    return [Cause(UNKNOWN, stage, factor, None, {}, before, before, 0.0, (first.fit.effect.name,), EITHER_CHANCE)]
+    return [_unknown(stage, factor, before, [first.fit.effect.name])]
 
 
 def _too_far_for_nothing(findings: Findings, before: float) -> list[Cause]:
@@ -303,14 +313,8 @@ def _too_far_for_nothing(findings: Findings, before: float) -> list[Cause]:
     takes for a build that is missed by more than is usual is what a simulator lacks (docs/decisions/0661)."""
     if findings.expected.kind is not Kind.SIMULATOR:
         return []
-    return [
-        Cause(
-            UNKNOWN, "valve" if one.problem.name == PRESSURES else "joint", one.problem.name, None, {}, before, before,
-            0.0, (), EITHER_CHANCE,
-        )
-        for one in findings.posteriors
-        if not one.found and one.beyond_nothing > FAR
-    ]  # fmt: skip
+    factors = (one.problem.name for one in findings.posteriors if not one.found and one.beyond_nothing > FAR)
+    return [_unknown(_usual_stage(factor), factor, before) for factor in factors]
 
 
 def _verdict(causes: Sequence[Cause]) -> Verdict:

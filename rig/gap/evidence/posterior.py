@@ -96,7 +96,7 @@ class Posterior:
         lacks included."""
         usual = NONE if self.usual is None else self.usual.effect
         factor = self.forward_of(usual).factor
-        return factor.beyond(self.left(usual)) / factor.floor
+        return factor.rms_of_lines(factor.healthy.beyond(self.left(usual))) / factor.floor
 
     def likely(self, least: float) -> list[str]:
         """The hypotheses of at least this probability, likeliest first."""
@@ -220,8 +220,7 @@ def _log_broad(forward: ForwardModel, expected: Gaussian, left: Column, law: Rou
     """Evidence for a broad process of any size: lines like those that are left, blurred."""
     factor, prior = forward.factor, forward.prior
     shape = factor.lines.envelope(left, ENVELOPE_HZ, UNKNOWN_EVEN)
-    power = float(np.sqrt(np.sum(left**2) / max(float(factor.lines.used.sum()), 1.0)))
-    share = np.maximum(_LEVELS * power / forward.moving, 1e-9)
+    share = np.maximum(_LEVELS * factor.rms_of_lines(left) / forward.moving, 1e-9)
     log_prior = -0.5 * ((np.log(share) - np.log(prior.share)) / prior.share_spread) ** 2
     logs = [expected.with_variance(level**2 * shape).log_density(left, law) for level in _LEVELS]
     width = np.log(_LEVELS[1] / _LEVELS[0]) / (prior.share_spread * np.sqrt(2 * np.pi))

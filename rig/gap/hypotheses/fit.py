@@ -239,8 +239,7 @@ def leaves_more_than_it_changes(forward: ForwardModel, moved: Column, left: Colu
     if forward.unsure is None:
         return False
     healthy = forward.factor.healthy
-    beyond = left - healthy.patterns @ healthy.sizes(left)
-    return float(np.sum(beyond**2) - np.sum(healthy.variance)) > float(np.sum(moved**2))
+    return float(np.sum(healthy.beyond(left) ** 2) - np.sum(healthy.variance)) > float(np.sum(moved**2))
 
 
 def _taken_anew(whole: "_Trial", fit: Nearest, fixed: Mapping[str, float]) -> tuple["_Trial", Nearest]:

@@ -80,6 +80,11 @@ class Gaussian:
         """(m,) the patterns' likeliest sizes in a residual (l,), in standard deviations."""
         return self._solved(self._weighed.T @ (residual * self._scale))
 
+    def beyond(self, residual: Column) -> Column:
+        """(l,) what is left of a residual (l,) once the patterns are as large as they likeliest are."""
+        out: Column = residual - self.patterns @ self.sizes(residual)
+        return out
+
     def sizes_with_covariance(self, residuals: Column) -> tuple[Column, Column]:
         """(m, k) the patterns' likeliest sizes in residuals (l, k), in standard deviations, and (m, m) their
         covariance."""

@@ -88,11 +88,9 @@ class Factor:
         """Root mean square of (n,) over the rows that were measured."""
         return rms(column, self.lines.used)
 
-    def beyond(self, left: Column) -> float:
-        """Root mean square of what is left (lines, (l,)) once all that may differ without being a gap is as large as it
-        likeliest is."""
-        further = left - self.healthy.patterns @ self.healthy.sizes(left)
-        return float(np.sqrt(np.sum(further**2) / max(float(self.lines.used.sum()), 1.0)))
+    def rms_of_lines(self, lines: Column) -> float:
+        """Root mean square, over the rows that were measured, of a column that has these lines (l,)."""
+        return float(np.sqrt(np.sum(lines**2) / max(float(self.lines.used.sum()), 1.0)))
 
     def doubting(self, patterns: Column) -> "Factor":
         """The same with further patterns (n, m) that may be there without being a gap, at one standard deviation."""
