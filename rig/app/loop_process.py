@@ -27,7 +27,7 @@ from rig.realtime.loop import Loop, LoopSettings
 from rig.realtime.rehearsal import NoDevice, Rehearsal, Rehearsals
 from rig.realtime.ring import Ring, RingWriter
 from rig.rig_config import RigConfig
-from rig.service.processes import name_process
+from rig.service.processes import name_process, tell_commander
 from rig.service.session.setups import LoopSetup
 
 _PR_SET_PDEATHSIG = 1
@@ -46,14 +46,14 @@ def loop_process(setup: LoopSetup, pipe: Connection) -> None:
     try:
         loop, facts = _prepare(setup)
     except RigError as error:
-        _tell(pipe, "device" if isinstance(error, DeviceError) else "config", str(error))
+        tell_commander(pipe, "device" if isinstance(error, DeviceError) else "config", str(error))
         return
     except Exception as error:  # noqa: BLE001  # of a driver: one line instead of a traceback
-        _tell(pipe, "error", f"the loop was not ready by an error of the program: {_one_line(error)}")
+        tell_commander(pipe, "error", f"the loop was not ready by an error of the program: {_one_line(error)}")
         sys.exit(1)
     signal.signal(signal.SIGTERM, lambda *_: loop.terminate(Fault.TERMINATED))
     signal.signal(signal.SIGHUP, lambda *_: loop.terminate(Fault.CONTROL_LOST))
-    _tell(pipe, "ready", facts)
+    tell_commander(pipe, "ready", facts)
     try:
         _tick_when_told(loop, pipe)
     finally:  # it has left: a signal that comes while the interpreter ends is not to look like what ended it
@@ -67,10 +67,10 @@ def _tick_when_told(loop: Loop, pipe: Connection) -> None:
             loop.run()
             return
     except RigError as error:
-        _tell(pipe, "error", str(error))
+        tell_commander(pipe, "error", str(error))
         return
     except Exception as error:  # noqa: BLE001  # the process's last resort: one line instead of a traceback
-        _tell(pipe, "error", f"the loop ended by an error of the program: {_one_line(error)}")
+        tell_commander(pipe, "error", f"the loop ended by an error of the program: {_one_line(error)}")
         sys.exit(1)
     loop.leave()
 
@@ -80,12 +80,6 @@ def _word(pipe: Connection) -> object:
     with contextlib.suppress(EOFError, OSError):
         return pipe.recv()
     return None
-
-
-def _tell(pipe: Connection, kind: str, said: object) -> None:
-    """For the process that commands; one that is gone hears nothing, and this one comes to its own end all the same."""
-    with contextlib.suppress(OSError):
-        pipe.send((kind, said))
 
 
 def _one_line(error: BaseException) -> str:

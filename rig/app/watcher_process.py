@@ -28,7 +28,7 @@ from rig.realtime.safe_state import (
 )
 from rig.realtime.supervisor import Supervisor
 from rig.rig_config import RigConfig
-from rig.service.processes import name_process
+from rig.service.processes import name_process, tell_commander
 from rig.service.session.setups import WatcherSetup
 
 GUARDIAN_PATIENCE_NS: Final = 250_000_000
@@ -64,11 +64,11 @@ def watcher_process(setup: WatcherSetup, pipe: Connection) -> None:
         alone = GoesOnAlone(rig, block, setup.writer)
         supervisor = _supervisor(setup, rig, block, device, alone)
     except StateError as error:
-        _tell(pipe, "state", str(error))
+        tell_commander(pipe, "state", str(error))
         return
     if setup.writer is Writer.SUPERVISOR:
         _stand_by(device)
-    _tell(pipe, "ready", _take_measures(rig))
+    tell_commander(pipe, "ready", _take_measures(rig))
     pipe.close()
     try:
         if supervisor.run() is not LoopVerdict.WATCHING and (setup.speaks or alone.since_s):
@@ -76,12 +76,6 @@ def watcher_process(setup: WatcherSetup, pipe: Connection) -> None:
     finally:
         with contextlib.suppress(Exception):
             device.close()
-
-
-def _tell(pipe: Connection, kind: str, said: object) -> None:
-    """For the process that commands; one that is gone meanwhile is the more reason to watch."""
-    with contextlib.suppress(OSError):
-        pipe.send((kind, said))
 
 
 class GoesOnAlone:

@@ -8,6 +8,7 @@ import signal
 import sys
 import time
 from collections.abc import Iterator, Sequence
+from multiprocessing.connection import Connection
 from multiprocessing.process import BaseProcess
 from multiprocessing.resource_tracker import ensure_running
 from pathlib import Path
@@ -94,6 +95,13 @@ def name_process(name: str) -> None:
     """What `ps` and `top` call this process; the kernel keeps 15 characters."""
     with contextlib.suppress(OSError):
         Path("/proc/self/comm").write_text(f"pamrig-{name}", encoding="ascii")
+
+
+def tell_commander(pipe: Connection, kind: str, said: object) -> None:
+    """For the process that commands; one that is gone hears nothing, which keeps no loop from coming to its own end and
+    is the more reason for a watcher to watch."""
+    with contextlib.suppress(OSError):
+        pipe.send((kind, said))
 
 
 def is_stopped(pid: int | None) -> bool:

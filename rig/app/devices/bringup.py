@@ -27,7 +27,7 @@ from rig.realtime.loop import LEAVING_NS
 from rig.realtime.safe_state import NOT_SAFE, RETRY_S, SafeReport, SecondPath, Writer, insist, write_and_look
 from rig.realtime.safe_state import Outcome as SafeOutcome
 from rig.sample import BROKEN_WIRE, SUSPECT, Flag
-from rig.service.session.session import ending_signals
+from rig.service.session.session import own_signals
 
 SLEW_MPA_S: Final = 0.1
 """A fiftieth of what the guard allows in a run: somebody may have a hand at the joint."""
@@ -269,12 +269,8 @@ def _ended_afterwards() -> Iterator[list[int]]:
         if number != signal.SIGHUP:
             pressed.append(number)
 
-    before = {number: signal.signal(number, keep) for number in ending_signals()}
-    try:
+    with own_signals(keep):
         yield pressed
-    finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)
     if struck:
         raise KeyboardInterrupt
 

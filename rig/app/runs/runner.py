@@ -27,7 +27,7 @@ from rig.realtime.program import Program
 from rig.rig_config import RigConfig, apart
 from rig.service.records.recorder_messages import RunOrder, message_of
 from rig.service.session.run_setup import order_of, session_facts
-from rig.service.session.session import Session, ending_signals, facts_for_operator, is_warning, own_signals
+from rig.service.session.session import Session, facts_for_operator, is_warning, own_signals
 
 _POLL_S = 0.05
 
@@ -62,9 +62,7 @@ def carry_out(rig: RigConfig, runs: Sequence[Planned], options: RunOptions) -> R
     prepare_folder(options.out, [f"{planned.name}.mcap" for planned in runs])
     outcome = RunOutcome([], len(runs), channels=rig.channels)
     operator = _Operator()
-    before = {number: signal.getsignal(number) for number in ending_signals()}
-    own_signals(operator.signalled)
-    try:
+    with own_signals(operator.signalled):
         session = Session(
             loop_process,
             rig,
@@ -84,9 +82,6 @@ def carry_out(rig: RigConfig, runs: Sequence[Planned], options: RunOptions) -> R
         except RigError:
             if not operator.asked_to_stop:  # by a signal that all processes may have heard, also one that was starting
                 raise
-    finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)
     outcome.interrupted = operator.asked_to_stop
     return outcome
 
@@ -199,7 +194,7 @@ class _Operator:
         if self.asked_to_stop:
             raise _GivenUp
 
-    def signalled(self, number: int) -> None:
+    def signalled(self, number: int, _: object) -> None:
         again, self.asked_to_stop = self.asked_to_stop, True
         self.presses += number != signal.SIGHUP
         if self._session is not None:

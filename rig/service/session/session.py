@@ -127,7 +127,7 @@ class Session:
 
     def __exit__(self, *_: object) -> None:
         """Ctrl-C, and its like, once more: whoever leaves is under way already."""
-        with _unheard():
+        with own_signals(signal.SIG_IGN):
             self.close()
 
     def open(
@@ -369,17 +369,11 @@ def ending_signals() -> list[signal.Signals]:
 
 
 @contextmanager
-def _unheard() -> Iterator[None]:
-    """Nothing is ended by any of `ending_signals` meanwhile; for the main thread."""
-    before = {number: signal.signal(number, signal.SIG_IGN) for number in ending_signals()}
+def own_signals(handler: Callable[[int, Any], None] | signal.Handlers) -> Iterator[None]:
+    """Meanwhile `handler` is called with each of `ending_signals`, which end nothing; for the main thread."""
+    before = {number: signal.signal(number, handler) for number in ending_signals()}
     try:
         yield
     finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)
-
-
-def own_signals(handler: Callable[[int], None]) -> None:
-    """Call `handler` with the number of each of `ending_signals` instead of being ended by them."""
-    for number in ending_signals():
-        signal.signal(number, lambda n, _frame: handler(n))
+        for number, earlier in before.items():
+            signal.signal(number, earlier)
