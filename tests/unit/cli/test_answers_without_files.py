@@ -39,14 +39,19 @@ def full(*_: object, **__: object) -> Any:
     raise NO_ROOM
 
 
+def identified(place: Path, *more: object) -> Result:
+    """A search that takes no time, on the record in `place`, with its model and what else is asked for beside it."""
+    quick = ("--seeds", "1", "--particles", "4", "--iterations", "3", "--no-polish", "--unbounded")
+    return run("identify", place / "rec.mcap", "-o", place / "m.yaml", *more, *quick)
+
+
 def test_what_was_identified_is_said_where_the_model_cannot_be_written(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Half a minute of searching ended in the line alone."""
     made_log(tmp_path / "rec.mcap")
     monkeypatch.setattr(os, "fsync", full)
-    quick = ("--seeds", "1", "--particles", "4", "--iterations", "3", "--no-polish", "--unbounded")
-    done = run("identify", tmp_path / "rec.mcap", "-o", tmp_path / "m.yaml", *quick)
+    done = identified(tmp_path)
     assert str(done.exception) == f"{tmp_path / 'm.yaml'}: cannot be written: No space left on device"
     assert "RMSE" in done.output
     assert "model:" not in done.output
@@ -84,9 +89,7 @@ def test_a_model_is_told_as_json_where_its_figures_cannot_be_written(
     """The first file that a disk did not take was the last that was written."""
     made_log(tmp_path / "rec.mcap")
     monkeypatch.setattr(fit_files, "write_fit_figures", no_place)
-    quick = ("--seeds", "1", "--particles", "4", "--iterations", "3", "--no-polish", "--unbounded")
-    files = ("-o", tmp_path / "m.yaml", "--figures", tmp_path / "figures", "--json", tmp_path / "m.json")
-    done = run("identify", tmp_path / "rec.mcap", *files, *quick)
+    done = identified(tmp_path, "--figures", tmp_path / "figures", "--json", tmp_path / "m.json")
     assert str(done.exception) == "cannot be written: No space left on device"
     assert sorted(path.name for path in tmp_path.iterdir()) == ["m.json", "m.yaml", "rec.mcap"]
 
