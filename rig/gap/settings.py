@@ -307,8 +307,8 @@ class Prior:
 
 @dataclass(frozen=True)
 class Spread:
-    """How unsure it is what is left of a gap on further records (`rig.gap.answer.how_far.further`); fitted on cases of
-    development, by `pamrig gap study further`."""
+    """How unsure it is what is left of a gap on further records (`rig.gap.answer.how_far.prediction_interval`); fitted
+    on cases of development, by `pamrig gap study intervals`."""
 
     floor: float
     """Share of the floor's mean square. More: wider where gaps are small."""
@@ -324,7 +324,7 @@ class Spread:
 @dataclass(frozen=True)
 class Reach:
     """How far a fitted size may be off (`rig.gap.answer.how_far.size_intervals`); fitted on cases of development, by
-    `pamrig gap study further`."""
+    `pamrig gap study intervals`."""
 
     law: float = 0.0
     """Share of a law's usual error (`Prior.laws`) that a size may miss. More: wider for rough laws."""
@@ -343,7 +343,7 @@ class Fitted:
     """By reference: session, fingerprint, uncorrected (a fingerprint without its regulators' corrections), simulator,
     and sister: a simulator made for another rig of the build."""
     prior: Prior
-    further: Spread
+    prediction: Spread
     reaches: dict[str, Reach] = field(default_factory=dict)
     """By what stands for the rig: described (by days or a fingerprint), simulated (by nothing but a simulator)."""
     noise: UsualNoise | None = None
@@ -358,7 +358,7 @@ class Fitted:
 def fitted(path: Path = PRIORS) -> Fitted:
     """The fitted numbers; ConfigError when the file is not one. A file of before the laws' errors, or their shares,
     stood in it has the shipped ones."""
-    found = structure(_by_parts(read_yaml(path)), Fitted, str(path))
+    found = structure(_present_form(read_yaml(path)), Fitted, str(path))
     if path == PRIORS:
         return found
     prior, shipped = found.prior, fitted().prior
@@ -366,10 +366,14 @@ def fitted(path: Path = PRIORS) -> Fitted:
     return replace(found, prior=replace(prior, laws=laws, law_shares=shares))
 
 
-def _by_parts(raw: object) -> object:
-    """A file whose provenance is one command in words, as it was before each part had its own, in the present form."""
-    provenance = raw.get("provenance") if isinstance(raw, dict) else None
-    if not isinstance(raw, dict) or not isinstance(provenance, dict) or "command" not in provenance:
+def _present_form(raw: object) -> object:
+    """A file in the form of today: before, its provenance was one command in words for all parts, and the prediction
+    interval was called `further`."""
+    if not isinstance(raw, dict):
         return raw
-    others = {key: value for key, value in provenance.items() if key != "command"}
-    return {**raw, "provenance": {**others, "parts": {EVERYTHING: {"command": provenance["command"]}}}}
+    found = {"prediction" if key == "further" else key: value for key, value in raw.items()}
+    provenance = found.get("provenance")
+    if isinstance(provenance, dict) and "command" in provenance:
+        others = {key: value for key, value in provenance.items() if key != "command"}
+        found["provenance"] = {**others, "parts": {EVERYTHING: {"command": provenance["command"]}}}
+    return found

@@ -1,6 +1,6 @@
 """`pamrig gap study`: what builders of the diagnosis ask of it. Its own numbers on simulated plants (sizes, absorbed,
 sensitivity), what is fitted on these (laws, noise, usual), and what is fitted to scored checks of development cases
-(odds, temperature, further)."""
+(odds, temperature, intervals)."""
 
 from collections.abc import Callable
 from math import exp
@@ -195,7 +195,7 @@ def _fit_on_plants(
 
 @study.command(short_help="Fit intervals of sizes, and of what is left of a gap.")
 @_fitted_on_checks
-def further(
+def intervals(
     folders: tuple[Path, ...], priors: Path | None, left_out: tuple[str, ...], output: Path, json_to: str | None
 ) -> None:
     """Fit the intervals of what is left of a gap on further records, and of the sizes of effects, from scored checks of
@@ -211,7 +211,7 @@ def further(
     levels, checks = to_fit(folders, priors, left_out)
     found = with_intervals(levels, checks, left_out)
     write(found, output)
-    spread = found.further
+    spread = found.prediction
     console(json_to).print(
         f"{output}: from {spread.below:.2g} below to {spread.above:.2g} above, by {spread.cases} answers"
     )
@@ -220,7 +220,7 @@ def further(
             f"sizes, {reference}: {reach.deviations:.2g} standard deviations of the likelihood and of "
             f"{reach.law:g} times its law's usual error, by {reach.cases} answers"
         )
-    emit(unstructure(found.further) | {"sizes": unstructure(found.reaches)}, json_to)
+    emit(unstructure(found.prediction) | {"sizes": unstructure(found.reaches)}, json_to)
 
 
 @study.command(short_help="Fit the prior odds of no cause, unknown ones, two together, and a healthy rig.")

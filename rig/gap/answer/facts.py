@@ -50,7 +50,7 @@ class Gap:
     after_deg: float
     after_low_deg: float
     after_high_deg: float
-    """90 % interval on further records (`rig.gap.answer.how_far.further`)."""
+    """90 % interval on further records (`rig.gap.answer.how_far.prediction_interval`)."""
     floor_source: str
     """What the floor rests on: the rig's own days (sessions), or what is usual of such a reference."""
     smoothed_deg: float

@@ -9,8 +9,8 @@ from rig.gap.answer.chain import chain
 from rig.gap.answer.facts import RAW_DATA, SIGNATURE, Gap, Verdict, Where
 from rig.gap.answer.findings import Findings, Kept, evidence_of
 from rig.gap.answer.floor import floor_of, floor_source
-from rig.gap.answer.how_far.further import Shrunk, further
 from rig.gap.answer.how_far.held_out import HowFar
+from rig.gap.answer.how_far.prediction_interval import Shrunk, prediction_interval
 from rig.gap.answer.how_far.size_intervals import intervals, reference_of
 from rig.gap.answer.kept import dropped_effects, effects_not_kept, kept_effects, share_closed
 from rig.gap.answer.observations import judged_signatures, usual_of_a_simulator
@@ -49,7 +49,7 @@ def tell(findings: Findings, after: Callable[[Sequence[tuple[str, Fit]]], HowFar
     causes = [*_causes(findings, kept, before, far, added), *in_samples.causes, *unknowns, *strange]
     causes = [_doubted(findings.expected.pairing, cause) for cause in causes]
     raw = [cause for cause in causes if cause.judged_on == SIGNATURE]
-    interval = _further(kept, before, floor, far, findings.settings) if added else None
+    interval = _predicted(kept, before, floor, far, findings.settings) if added else None
     gap = _gap(findings, causes, kept, before, left, floor, interval)
     return Diagnosis(
         _verdict(causes),
@@ -172,10 +172,10 @@ def _notes(findings: Findings, kept: Sequence[Kept], said: Sequence[str]) -> lis
     return list(dict.fromkeys([*pairing.doubts, *pairing.notes, *said, *nameless, *dropped, *in_turn]))
 
 
-def _further(kept: Sequence[Kept], before: float, floor: float, far: HowFar, settings: Fitted) -> tuple[float, float]:
+def _predicted(kept: Sequence[Kept], before: float, floor: float, far: HowFar, settings: Fitted) -> tuple[float, float]:
     """Between what rms (deg) further records will lie with the kept effects in the simulator."""
     rho = max(one.fit.effect.roughness(settings.prior, one.fit.law) for one in kept)
-    return further(Shrunk(before, floor, far.per_record_deg2, rho), settings.further)
+    return prediction_interval(Shrunk(before, floor, far.per_record_deg2, rho), settings.prediction)
 
 
 def _gap_of_samples(raw: Sequence[Cause]) -> tuple[float, float]:

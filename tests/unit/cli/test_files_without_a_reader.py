@@ -57,7 +57,7 @@ CALLS = {
 }
 """What each command that writes files is called with here, each word in capitals standing for a file of `lab`."""
 LONG = {
-    "gap calibrate", "gap check", "gap study absorbed", "gap check compare", "gap study further", "gap check merge",
+    "gap calibrate", "gap check", "gap study absorbed", "gap check compare", "gap study intervals", "gap check merge",
     "gap study odds", "gap study temperature", "gap check score", "gap study sensitivity", "gap study sizes",
     "gap study laws", "gap study usual", "gap study noise", "gap hunt", "bench", "latency",
 }  # fmt: skip

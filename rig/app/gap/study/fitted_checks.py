@@ -1,4 +1,4 @@
-"""What `pamrig gap study further`, `odds` and `temperature` fit to: folders of scored checks, and the answers beside
+"""What `pamrig gap study intervals`, `odds` and `temperature` fit to: folders of scored checks, and the answers beside
 the scores."""
 
 import contextlib

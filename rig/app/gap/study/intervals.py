@@ -1,5 +1,5 @@
-"""What `pamrig gap study further` does: how unsure it is what is left of a gap, and how large an effect is, from checks
-of development cases.
+"""What `pamrig gap study intervals` does: how unsure it is what is left of a gap, and how large an effect is, from
+checks of development cases.
 
 Every case tells what was said to be left and what was left on records that the diagnosis never got; and what size was
 said and which it was.
@@ -14,7 +14,7 @@ from rig.blind_check.folder import CheckFolder, read_truth
 from rig.blind_check.row import CaseKind, EffectFact, Row, facts_of
 from rig.errors import RecordError
 from rig.gap.answer.facts import RAW
-from rig.gap.answer.how_far.further import Shrunk, fit_spread
+from rig.gap.answer.how_far.prediction_interval import Shrunk, fit_spread
 from rig.gap.answer.how_far.size_intervals import NamedSize, deviation_of, fit_reach, reference_of
 from rig.gap.hypotheses.library import LIBRARY
 from rig.gap.reference.kinds import Kind
@@ -34,12 +34,12 @@ def with_intervals(levels: Fitted, folders: Sequence[CheckFolder], left_out: Seq
             "are needed"
         )
     reaches = _reaches(levels, folders, left_out)
-    made = origin_of("further", folders, left_out)
+    made = origin_of("intervals", folders, left_out)
     return replace(
         levels,
-        further=fit_spread(*zip(*found, strict=True)),
+        prediction=fit_spread(*zip(*found, strict=True)),
         reaches={**levels.reaches, **reaches},
-        provenance=levels.provenance.renewed({"further": made, **{f"reaches.{name}": made for name in reaches}}),
+        provenance=levels.provenance.renewed({"prediction": made, **{f"reaches.{name}": made for name in reaches}}),
     )
 
 

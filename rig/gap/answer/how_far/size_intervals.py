@@ -4,8 +4,8 @@ The likelihood knows the standard deviation d of a number v by noise and by what
 what a law that is not the rig's own makes of it. The number lies within v -+ k s, s^2 = d^2 + (law rho v)^2 for a law
 that usually misses the share rho, where k and `law` are fitted as split conformal prediction does (Lei et al., JASA
 113, 2018, 1094): k is the quantile of how far the sizes of development cases were off, in s, the mean of the plant
-families' (`rig.gap.answer.how_far.further` says why). Where nothing describes the rig, its simulator's own parameters
-are wrong as well and change a size; such references have numbers of their own.
+families' (`rig.gap.answer.how_far.prediction_interval` says why). Where nothing describes the rig, its simulator's own
+parameters are wrong as well and change a size; such references have numbers of their own.
 """
 
 from collections.abc import Sequence

@@ -1,4 +1,4 @@
-"""`pamrig gap study further`: what is read of a check's cases, and what is not."""
+"""`pamrig gap study intervals`: what is read of a check's cases, and what is not."""
 
 from pathlib import Path
 from typing import Any
@@ -52,7 +52,7 @@ def checked(tmp_path: Path) -> CheckFolder:
 def counted(folder: CheckFolder, *left_out: str) -> tuple[int, int]:
     """How many cases what is left of a gap, and sizes beside a description, were fitted on."""
     found = with_intervals(fitted(), [folder], left_out)
-    return found.further.cases, found.reaches["described"].cases
+    return found.prediction.cases, found.reaches["described"].cases
 
 
 def test_every_clear_case_counts(checked: CheckFolder) -> None:
@@ -62,9 +62,9 @@ def test_every_clear_case_counts(checked: CheckFolder) -> None:
 def test_where_they_come_from_is_said_of_intervals_alone(checked: CheckFolder) -> None:
     shipped = fitted()
     found = with_intervals(shipped, [checked], ["fluidic"])
-    made = found.provenance.parts["further"]
-    assert made.command == f"pamrig gap study further {checked.root.name} --leave-out fluidic"
-    assert found.provenance == shipped.provenance.renewed({"further": made, "reaches.described": made})
+    made = found.provenance.parts["prediction"]
+    assert made.command == f"pamrig gap study intervals {checked.root.name} --leave-out fluidic"
+    assert found.provenance == shipped.provenance.renewed({"prediction": made, "reaches.described": made})
 
 
 def test_a_case_that_was_refused_counts_nothing_and_ends_nothing(checked: CheckFolder) -> None:

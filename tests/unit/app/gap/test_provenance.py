@@ -53,9 +53,16 @@ def test_a_file_whose_provenance_is_one_sentence_is_read_as_ever(tmp_path: Path)
     assert found.provenance.of("levels.session.odds") == Origin("levels by a command")
 
 
+def test_a_file_that_calls_the_prediction_interval_further_is_read_as_ever(tmp_path: Path) -> None:
+    old = tmp_path / "old.yaml"
+    raw = {"further" if key == "prediction" else key: value for key, value in SHIPPED.items()}
+    old.write_text(yaml.safe_dump(raw), encoding="utf-8")
+    assert fitted(old).prediction == fitted().prediction
+
+
 @pytest.mark.parametrize(
     ("path", "origin"),
-    [("further.floor", OLD), ("levels.session.odds.none", ANEW), ("levels.session.floor", OLD), ("levels", OLD)],
+    [("prediction.floor", OLD), ("levels.session.odds.none", ANEW), ("levels.session.floor", OLD), ("levels", OLD)],
 )
 def test_the_longest_path_counts(path: str, origin: Origin) -> None:
     assert FitProvenance([], 0, 0, {EVERYTHING: OLD, "levels.session.odds": ANEW}).of(path) == origin
@@ -63,10 +70,10 @@ def test_the_longest_path_counts(path: str, origin: Origin) -> None:
 
 def test_what_is_renewed_takes_what_stood_under_it_along_and_nothing_beside_it() -> None:
     before = FitProvenance(
-        [], 0, 0, {"further": OLD, "levels.a.odds": OLD, "levels.a.odds.together": OLD, "levels.ab": OLD}
+        [], 0, 0, {"prediction": OLD, "levels.a.odds": OLD, "levels.a.odds.together": OLD, "levels.ab": OLD}
     )
     after = before.renewed({"levels.a.odds": ANEW})
-    assert after.parts == {"further": OLD, "levels.a.odds": ANEW, "levels.ab": OLD}
+    assert after.parts == {"prediction": OLD, "levels.a.odds": ANEW, "levels.ab": OLD}
 
 
 def test_what_is_renewed_leaves_what_is_untouched_below_it() -> None:

@@ -21,7 +21,7 @@ def test_a_study_stands_in_one_place() -> None:
         "sizes",
         "absorbed",
         "sensitivity",
-        "further",
+        "intervals",
         "odds",
         "laws",
         "usual",

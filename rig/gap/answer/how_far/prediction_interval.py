@@ -59,7 +59,7 @@ def scale_deg2(one: Shrunk, floor: float, law: float) -> float:
     return float(np.sqrt(error**2 + (floor * one.floor_deg**2) ** 2 + (law * one.rho * closed) ** 2)) + 1e-12
 
 
-def further(one: Shrunk, spread: Spread) -> tuple[float, float]:
+def prediction_interval(one: Shrunk, spread: Spread) -> tuple[float, float]:
     """Rms (deg) that further records will show, low and high; what was left here lies between."""
     scale = scale_deg2(one, spread.floor, spread.law)
     low = min(one.middle_deg2 - spread.below * scale, one.after_deg2)

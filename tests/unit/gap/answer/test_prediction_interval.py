@@ -5,7 +5,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rig.gap.answer.how_far.further import LEVEL, Shrunk, conformal, fit_spread, further, scale_deg2
+from rig.gap.answer.how_far.prediction_interval import (
+    LEVEL,
+    Shrunk,
+    conformal,
+    fit_spread,
+    prediction_interval,
+    scale_deg2,
+)
 from rig.gap.settings import Spread
 
 SPREAD = Spread(floor=0.2, law=0.2, below=1.0, above=3.0, cases=100)
@@ -15,14 +22,14 @@ positive = st.floats(0.01, 10.0)
 @given(positive, positive, st.lists(positive, min_size=1, max_size=8), st.floats(0.0, 0.5))
 def test_what_was_left_lies_in_its_interval(before: float, floor: float, left: list[float], rho: float) -> None:
     one = Shrunk(before, floor, tuple(value**2 for value in left), rho)
-    low, high = further(one, SPREAD)
+    low, high = prediction_interval(one, SPREAD)
     assert 0.0 <= low <= np.sqrt(one.after_deg2) * (1.0 + 1e-9)
     assert high >= max(np.sqrt(one.after_deg2), floor) * (1.0 - 1e-9), "a healthy day is left at least"
 
 
 def test_a_rougher_law_and_records_that_disagree_make_it_wider() -> None:
-    exact, rough = (further(Shrunk(2.0, 0.2, (0.09, 0.09), rho), SPREAD) for rho in (0.02, 0.4))
-    apart = further(Shrunk(2.0, 0.2, (0.01, 0.17), 0.02), SPREAD)
+    exact, rough = (prediction_interval(Shrunk(2.0, 0.2, (0.09, 0.09), rho), SPREAD) for rho in (0.02, 0.4))
+    apart = prediction_interval(Shrunk(2.0, 0.2, (0.01, 0.17), 0.02), SPREAD)
     assert rough[0] <= exact[0]
     assert rough[1] > exact[1]
     assert apart[1] > exact[1]
@@ -42,7 +49,7 @@ def drawn(count: int, seed: int) -> tuple[list[Shrunk], list[float]]:
 def test_the_fitted_interval_holds_further_cases_as_often_as_it_says() -> None:
     spread = fit_spread(*drawn(300, 1), ["a build"] * 300)
     cases, left = drawn(1000, 2)
-    said = [further(one, spread) for one in cases]
+    said = [prediction_interval(one, spread) for one in cases]
     held = [low**2 <= value <= high**2 for (low, high), value in zip(said, left, strict=True)]
     assert np.mean(held) == pytest.approx(LEVEL, abs=0.03)
 
@@ -55,7 +62,8 @@ def test_a_build_that_is_missed_more_counts_as_much_as_one_with_many_cases() -> 
 
     def held(names: list[str]) -> float:
         spread = fit_spread(cases, left, names)
-        return float(np.mean([further(one, spread)[1] ** 2 >= it for one, it in zip(far[0], left_far, strict=True)]))
+        highest = [prediction_interval(one, spread)[1] for one in far[0]]
+        return float(np.mean(np.square(highest) >= left_far))
 
     assert held(["near"] * 400 + ["far"] * 60) > held(["one"] * 460) + 0.1
 
