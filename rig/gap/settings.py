@@ -295,9 +295,9 @@ class Prior:
     log_beside: float = -3.0
     """Prior odds of something unknown beside an effect, against that effect alone, nats."""
     temperature: float = 1.0
-    """By what the log odds between effects are divided before they are told (`rig.gap.temperature`); fitted on cases of
-    development, by `pamrig gap study temperature`. More: names are less sure, sets larger, and another experiment is
-    recommended sooner."""
+    """By what the log odds between effects are divided before they are told (`rig.gap.prior_fitting.temperature`);
+    fitted on cases of development, by `pamrig gap study temperature`. More: names are less sure, sets larger, and
+    another experiment is recommended sooner."""
 
     def log_density(self, share: float) -> float:
         """Of the logarithm of what an effect changes, as a share of what moves anyhow (rms)."""

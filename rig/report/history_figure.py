@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Final
 
 from rig.channels import Channels
-from rig.gap.history import GAP, Change, Day
+from rig.gap.history.trends import GAP, Change, Day
 from rig.own_units import factor
 
 if TYPE_CHECKING:

@@ -9,7 +9,7 @@ from typing import Any, Final
 
 from rig.app.gap.diagnosing import Campaign, DiagnosisOptions, NamedDay, diagnose_campaign
 from rig.errors import ConfigError
-from rig.gap.history import Day, History, day_of
+from rig.gap.history.trends import Day, History, day_of
 from rig.gap.settings import FALSE_ALARM_RATE
 from rig.own_units import own_plain
 

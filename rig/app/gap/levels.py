@@ -22,8 +22,8 @@ from rig.blind_check.source import records_of
 from rig.columns import rms
 from rig.config import suggest, unstructure
 from rig.errors import ConfigError, ModelError
-from rig.gap.calibrate import fit_builds, fit_levels, fit_monitors, of_another_build
 from rig.gap.hypotheses.inverse_problems import parts_of_angle, parts_of_pressures
+from rig.gap.prior_fitting.levels import fit_builds, fit_levels, fit_monitors, of_another_build
 from rig.gap.provenance import FitProvenance, Origin
 from rig.gap.records.pairs import pair_up
 from rig.gap.reference.build import SISTER, Expected, Kind, expect

@@ -37,8 +37,8 @@ def history(
     from rig.app.gap.baselines import check_apart, compared_with
     from rig.app.gap.diagnosing import DiagnosisOptions, cases_of
     from rig.app.gap.history import draw_history, history_days, history_report
-    from rig.gap.history import look_back
-    from rig.gap.history_words import history_sentences
+    from rig.gap.history.sentences import history_sentences
+    from rig.gap.history.trends import look_back
     from rig.own_units import speaker
 
     check_apart([folder], baselines)

@@ -10,7 +10,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.random import Generator
 
-from rig.gap.history import Day, changes
+from rig.gap.history.trends import Day, changes
 from rig.gap.settings import FALSE_ALARM_RATE
 from rig.qualify.benchmarks import share
 from rig.record import Column

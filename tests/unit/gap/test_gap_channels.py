@@ -14,7 +14,7 @@ from rig.errors import RecordError
 from rig.gap.answer.result import Diagnosis
 from rig.gap.answer.words.sentences import answers
 from rig.gap.diagnosis import diagnose_with_grounds
-from rig.gap.history import day_of
+from rig.gap.history.trends import day_of
 from rig.gap.hypotheses.library import LIBRARY
 from rig.gap.possible_effects import VALVES, possible
 from rig.identify.fit import Identified

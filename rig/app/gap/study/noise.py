@@ -8,7 +8,7 @@ import numpy as np
 
 from hil.reference.cases import Case
 from rig.app.gap.levels import FittingPlan, days_of, origin, reported, rigs_of
-from rig.gap.calibrate import wider_for_another
+from rig.gap.prior_fitting.levels import wider_for_another
 from rig.gap.raw_tests.levels import angles_of, span
 from rig.gap.raw_tests.noise import noise_beside_the_motion
 from rig.gap.settings import Fitted, UsualNoise

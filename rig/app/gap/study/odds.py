@@ -11,7 +11,7 @@ from rig.app.gap.study.fitted_checks import judged_factors, origin_of
 from rig.blind_check.folder import CheckFolder
 from rig.errors import RecordError
 from rig.gap.hypotheses.library import LIBRARY, NONE, UNKNOWN
-from rig.gap.odds import EVERY_ODDS, FactorTruth, Judgement, fit_odds, log_likelihood
+from rig.gap.prior_fitting.odds import EVERY_ODDS, FactorTruth, Judgement, fit_odds, log_likelihood
 from rig.gap.reference.build import UNCORRECTED, Kind
 from rig.gap.settings import Fitted, Odds
 

@@ -16,11 +16,11 @@ from rig.gap.evidence.posterior import Posterior, judge
 from rig.gap.hypotheses.inverse_problems import angle_problem, pressure_problem
 from rig.gap.hypotheses.library import NONE, chosen
 from rig.gap.pipeline import expected_given
+from rig.gap.prior_fitting.usual_sizes import Factors, Shown, fit_usual
 from rig.gap.records.pairs import pair_up
 from rig.gap.reference.build import SISTER, Kind, expect
 from rig.gap.reference.own_days import pressure_days
 from rig.gap.settings import Fitted, UsualSizes
-from rig.gap.usual import Factors, Shown, fit_usual
 from rig.model.parameters import Model
 from rig.parallel import executor
 from rig.record import Record

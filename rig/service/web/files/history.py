@@ -10,7 +10,7 @@ from rig.service.web.files.diagnosis_json import DiagnosedDay, gap_of, unit_of
 
 if TYPE_CHECKING:
     from rig.gap.answer.result import Interval
-    from rig.gap.history import Day, History
+    from rig.gap.history.trends import Day, History
 
 _DAY_S = 86400.0
 
@@ -18,8 +18,8 @@ _DAY_S = 86400.0
 def history_json(days: list[DiagnosedDay]) -> dict[str, Any]:
     """The days in order of time with gap, floor and sizes in the rig's own unit; what changed and what grows, also in
     sentences. Days of another unit than the last are of another rig and left out, as one is whose diagnosis is none."""
-    from rig.gap.history import History, look_back
-    from rig.gap.history_words import history_sentences
+    from rig.gap.history.sentences import history_sentences
+    from rig.gap.history.trends import History, look_back
 
     ordered = sorted(filter(_is_whole, days), key=lambda one: one.recorded_s)
     unit = unit_of(ordered[-1].found) if ordered else "deg"
@@ -44,7 +44,7 @@ def _is_whole(one: DiagnosedDay) -> bool:
 
 
 def _day(one: DiagnosedDay, first_s: float) -> "Day":
-    from rig.gap.history import Day
+    from rig.gap.history.trends import Day
 
     causes = [cause for cause in one.found.get("causes", []) if isinstance(cause, dict)]
     sizes = {quantity: size for cause in causes for quantity, size in _size(cause).items()}
@@ -55,7 +55,7 @@ def _day(one: DiagnosedDay, first_s: float) -> "Day":
 
 def _size(cause: dict[str, Any]) -> "dict[str, Interval]":
     from rig.gap.answer.result import Interval
-    from rig.gap.history import size_of
+    from rig.gap.history.trends import size_of
 
     parameters = {name: Interval(**each) for name, each in cause.get("parameters", {}).items()}
     return size_of(str(cause.get("effect")), parameters)

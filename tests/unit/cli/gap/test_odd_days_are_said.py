@@ -15,7 +15,7 @@ from rig.app.gap import history as app_history
 from rig.app.gap import hunting, planning
 from rig.channels import PNEUMATIC
 from rig.cli.gap.group import gap
-from rig.gap import history, history_words
+from rig.gap.history import sentences, trends
 
 MODEL = "configs/models/simulated.yaml"
 POWER = SimpleNamespace(seen=0.5, parted=0.5)
@@ -38,8 +38,8 @@ COMMANDS: dict[str, tuple[list[str], list[Work]]] = {
         [
             (app_history, "history_days", ([], SimpleNamespace(complain=lambda: None))),
             (app_history, "history_report", {}),
-            (history, "look_back", PAST),
-            (history_words, "history_sentences", []),
+            (trends, "look_back", PAST),
+            (sentences, "history_sentences", []),
         ],
     ),
     "hunt": (["--model", MODEL, "-o", "{}/hunt"], [(hunting, "hunt_and_tell", HUNTED)]),

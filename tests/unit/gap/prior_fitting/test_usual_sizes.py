@@ -19,10 +19,10 @@ from rig.gap.evidence.usual_sizes import Usual, nothing, times_usual
 from rig.gap.hypotheses.library import NONE, chosen
 from rig.gap.pipeline import Question, weigh
 from rig.gap.plan.capability import capability
+from rig.gap.prior_fitting.usual_sizes import Factors, Shown, fit_usual
 from rig.gap.records.pairs import pair_up
 from rig.gap.reference.build import Kind, expect
 from rig.gap.settings import Fitted, UsualSizes, fitted
-from rig.gap.usual import Factors, Shown, fit_usual
 from rig.model.parameters import AddedEffect
 
 FEW = ("valve_dead_band", "delay", "valve_gain", "sensor_gain", "inertia")

@@ -1,5 +1,5 @@
-"""A rig over many days: when its gap changed (`rig.gap.change_points`), when a cause appeared, and how it grows, by the
-Theil-Sen slope."""
+"""A rig over many days: when its gap changed (`rig.gap.history.change_points`), when a cause appeared, and how it
+grows, by the Theil-Sen slope."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -10,7 +10,7 @@ import numpy as np
 
 from rig.channels import PNEUMATIC, Channels
 from rig.gap.answer.result import Diagnosis, Interval
-from rig.gap.change_points import change_points, slope
+from rig.gap.history.change_points import change_points, slope
 from rig.gap.hypotheses.library import LIBRARY
 from rig.gap.settings import FALSE_ALARM_RATE
 from rig.model.effect_stages import EFFECT_STAGES
@@ -109,7 +109,7 @@ def changes(days: Sequence[Day], seed: int = 0) -> list[Change]:
 
 
 def growth(days: Sequence[Day]) -> list[Growth]:
-    """The slope of every size that is told on days enough (`rig.gap.change_points.slope`), from its first day on."""
+    """The slope of every size that is told on days enough (`change_points.slope`), from its first day on."""
     found = []
     for quantity in _quantities(days):
         named = [day for day in days if quantity in day.sizes]

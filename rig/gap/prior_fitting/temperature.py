@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from rig.gap.evidence.posterior import flattened
-from rig.gap.odds import LEAST_COUNTED
+from rig.gap.prior_fitting.odds import LEAST_COUNTED
 from rig.gap.settings import CREDIBLE
 from rig.record import Column
 

@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from rig.gap.calibrate import START, fit_levels, fit_monitors
 from rig.gap.likelihood.gaussian import Gaussian
 from rig.gap.likelihood.lines import lines_of
+from rig.gap.prior_fitting.levels import START, fit_levels, fit_monitors
 from rig.gap.reference.expectation import VALVE_PATTERNS, Parts
 from rig.gap.reference.monitors import misread
 from rig.gap.settings import FactorLevels, Levels, fitted

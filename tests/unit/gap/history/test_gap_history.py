@@ -16,9 +16,9 @@ from support.plants.gap_rigs import session
 from rig.cli.commands import cli
 from rig.errors import ConfigError
 from rig.gap.answer.result import Interval
-from rig.gap.change_points import change_points, fewest_days
-from rig.gap.history import Change, Day, changes, growth, look_back, size_of, sizes_of
-from rig.gap.history_words import history_sentences
+from rig.gap.history.change_points import change_points, fewest_days
+from rig.gap.history.sentences import history_sentences
+from rig.gap.history.trends import Change, Day, changes, growth, look_back, size_of, sizes_of
 from rig.gap.hypotheses.library import LIBRARY
 from rig.gap.settings import FALSE_ALARM_RATE
 from rig.log.convert import write_record

@@ -19,9 +19,9 @@ from rig.errors import RecordError
 from rig.gap.evidence.posterior import flattened
 from rig.gap.hypotheses.library import NONE, UNKNOWN
 from rig.gap.pipeline import Question, answer, weigh
+from rig.gap.prior_fitting.temperature import NamedFactor, fit_temperature, log_likelihood
 from rig.gap.reference.build import Kind
 from rig.gap.settings import CREDIBLE, Fitted, fitted
-from rig.gap.temperature import NamedFactor, fit_temperature, log_likelihood
 from rig.model.parameters import AddedEffect
 
 EFFECTS = 6

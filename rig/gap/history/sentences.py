@@ -1,8 +1,8 @@
 """A history in sentences."""
 
 from rig.counted import counted
-from rig.gap.change_points import fewest_days
-from rig.gap.history import GAP, Change, Growth, History
+from rig.gap.history.change_points import fewest_days
+from rig.gap.history.trends import GAP, Change, Growth, History
 from rig.gap.settings import FALSE_ALARM_RATE
 
 
