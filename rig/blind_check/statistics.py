@@ -27,34 +27,13 @@ BINS: Final = 5
 def mode_result(rows: Sequence[Row]) -> dict[str, Any]:
     """Every figure of the goals for the rows of one mode, rates as k, n and interval."""
     clear = [row for row in rows if row.is_clear]
-    every, none = _kind(clear, CaseKind.SINGLE), _kind(rows, CaseKind.NONE)
+    every, foreign = _kind(clear, CaseKind.SINGLE), _kind(clear, CaseKind.FOREIGN)
     single, absorbed = [row for row in every if not row.absorbed], [row for row in every if row.absorbed]
-    foreign = _kind(clear, CaseKind.FOREIGN)
     pair = [row for row in rows if row.is_sized_pair]
-    both = [
-        (row, row.predicted_ef, row.realised_ef)
-        for row in single
-        if row.realised_ef is not None and row.predicted_ef is not None and row.named
-    ]
-    intervals = [(row.ef_interval, realised) for row, _, realised in both if row.ef_interval is not None]
     return {
-        "false_alarms": rate(none, _detected),
-        "false_alarms_by_baselines": {
-            str(days): rate((row for row in none if row.baselines == days), _detected) for days in (3, 6)
-        },
-        "detected_ratio_2": rate((row for row in rows if row.has_cause and row.ratio >= 2.0), _detected),
-        "detected": rate((row for row in clear if row.has_cause), _detected),
-        "stage": rate(single, lambda row: row.stage_right),
-        "class_first": rate(single, lambda row: row.class_right),
-        "exact_first": rate(single, lambda row: row.exact),
-        "truth_in_set": rate(single, lambda row: row.in_set),
-        "set_size": mean(len(row.names) for row in single if row.names),
-        "gap_closed": _closed(single),
-        "gap_closed_by_effect": {effect: _closed(some) for effect, some in _by_effect(single).items()},
-        "ef_within_0.05": Rate.of(abs(realised - predicted) <= CLOSE for _, predicted, realised in both).to_json(),
-        "ef_pairs": [[predicted, realised] for _, predicted, realised in both],
-        "interval_holds": Rate.of(_holds(stated, realised) for stated, realised in intervals).to_json(),
-        "interval_width": _median([high - low for (low, high), _ in intervals]),
+        **_detection_rates(rows, clear),
+        **_naming_rates(single),
+        **_closing_figures(single),
         "size_error": _median(_seen(row.size_error for row in single)),
         "size_held": Rate.of(row.size_held for row in single if row.size_held is not None).to_json(),
         "absorbed_right": rate(absorbed, lambda row: row.absorbed_right),
@@ -72,6 +51,48 @@ def mode_result(rows: Sequence[Row]) -> dict[str, Any]:
         "seconds_worst": max(_seen(row.seconds for row in rows), default=None),
         "errors": rate(rows, lambda row: row.error),
     }  # fmt: skip
+
+
+def _detection_rates(rows: Sequence[Row], clear: Sequence[Row]) -> dict[str, Any]:
+    """How often a gap is found where there is none, and where there is one."""
+    none = _kind(rows, CaseKind.NONE)
+    return {
+        "false_alarms": rate(none, _detected),
+        "false_alarms_by_baselines": {
+            str(days): rate((row for row in none if row.baselines == days), _detected) for days in (3, 6)
+        },
+        "detected_ratio_2": rate((row for row in rows if row.has_cause and row.ratio >= 2.0), _detected),
+        "detected": rate((row for row in clear if row.has_cause), _detected),
+    }
+
+
+def _naming_rates(single: Sequence[Row]) -> dict[str, Any]:
+    """How often the one effect of a case is placed and named."""
+    return {
+        "stage": rate(single, lambda row: row.stage_right),
+        "class_first": rate(single, lambda row: row.class_right),
+        "exact_first": rate(single, lambda row: row.exact),
+        "truth_in_set": rate(single, lambda row: row.in_set),
+        "set_size": mean(len(row.names) for row in single if row.names),
+    }
+
+
+def _closing_figures(single: Sequence[Row]) -> dict[str, Any]:
+    """How far gaps shrink, as stated and as it came out on untouched records."""
+    both = [
+        (row, row.predicted_ef, row.realised_ef)
+        for row in single
+        if row.realised_ef is not None and row.predicted_ef is not None and row.named
+    ]
+    intervals = [(row.ef_interval, realised) for row, _, realised in both if row.ef_interval is not None]
+    return {
+        "gap_closed": _closed(single),
+        "gap_closed_by_effect": {effect: _closed(some) for effect, some in _by_effect(single).items()},
+        "ef_within_0.05": Rate.of(abs(realised - predicted) <= CLOSE for _, predicted, realised in both).to_json(),
+        "ef_pairs": [[predicted, realised] for _, predicted, realised in both],
+        "interval_holds": Rate.of(_holds(stated, realised) for stated, realised in intervals).to_json(),
+        "interval_width": _median([high - low for (low, high), _ in intervals]),
+    }
 
 
 def _holds(stated: tuple[float, float], realised: float) -> bool:

@@ -108,20 +108,25 @@ def _run(
             outcome.error = outcome.error or f"the rig was stopped: {explain(Fault.RECORDER_DIED)}"
         outcome.error = outcome.error or ending(session, operator.asked_to_stop)
     finally:
-        last = session.ring.latest()
-        cause = explain(last.fault, message_of(last.fault, session.ring)) if last is not None and last.fault else ""
-        left = session.close(lambda line: say(line, "yellow"), lambda *how: _insist(rig, operator, *how))
-        outcome.runs += left
-        outcome.safe, outcome.insisted, outcome.driven = session.safe, session.insisted, session.ticked
-        if outcome.insisted and outcome.safe.safe:
-            say(f"{outcome.safe.words}{outcome.insisted}", "green")
-        if session.given_up:
-            lost = [f"{run.file}: {run.error}" for run in left if run.error]
-            outcome.error = outcome.error or "; ".join(lost) or session.given_up
-        if last is not None and last.run and not any(run.fault for run in outcome.runs):
-            # its recorder was lost before it could tell
-            asked_for = operator.asked_to_stop and last.fault in ASKED_FOR
-            outcome.error = outcome.error or ("" if asked_for else cause)
+        _close(session, rig, operator, outcome)
+
+
+def _close(session: Session, rig: RigConfig, operator: "_Operator", outcome: RunOutcome) -> None:
+    """End the session, and put into `outcome` what became of the rig and of its last records."""
+    last = session.ring.latest()
+    cause = explain(last.fault, message_of(last.fault, session.ring)) if last is not None and last.fault else ""
+    results = session.close(lambda line: say(line, "yellow"), lambda *how: _insist(rig, operator, *how))
+    outcome.runs += results
+    outcome.safe, outcome.insisted, outcome.driven = session.safe, session.insisted, session.ticked
+    if outcome.insisted and outcome.safe.safe:
+        say(f"{outcome.safe.words}{outcome.insisted}", "green")
+    if session.given_up:
+        lost = [f"{run.file}: {run.error}" for run in results if run.error]
+        outcome.error = outcome.error or "; ".join(lost) or session.given_up
+    if last is not None and last.run and not any(run.fault for run in outcome.runs):
+        # its recorder was lost before it could tell
+        asked_for = operator.asked_to_stop and last.fault in ASKED_FOR
+        outcome.error = outcome.error or ("" if asked_for else cause)
 
 
 def _insist(rig: RigConfig, operator: "_Operator", done: Callable[[], bool], attempt: Callable[[], None]) -> str:

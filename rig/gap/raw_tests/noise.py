@@ -75,9 +75,14 @@ def noise(
     else:
         against = _against_usual(own, described, by_rows)
     found = against.plainly and not step.found and own**2 - against.usual**2 > switched_deg2
-    size = float(np.sqrt(max(own**2 - against.usual**2, 0.0)))
-    size *= _heaviness(cases, sessions) if found and sessions else 1.0
-    text = f"noise of {own:.3g} deg rms, {_whose(described)} {against.usual:.3g}"
+    heaviness = _heaviness(cases, sessions) if found and sessions else 1.0
+    return _signature(own, against, found, heaviness, _whose(described))
+
+
+def _signature(own: float, against: "_Against", found: bool, heaviness: float, whose: str) -> Signature:
+    """What is told of a level (deg); of added noise that is not normal, its standard deviation is `heaviness` times
+    what the level says."""
+    size = heaviness * float(np.sqrt(max(own**2 - against.usual**2, 0.0)))
     return Signature(
         "noise",
         "sensor_noise",
@@ -85,7 +90,7 @@ def noise(
         value=own,
         baseline=against.usual,
         unit="deg",
-        text=text,
+        text=f"noise of {own:.3g} deg rms, {whose} {against.usual:.3g}",
         sizes={"std_deg": about(size, against.variance_spread / max(size, 1e-12), 0.0)},
         p_value=against.p_value,
         variance_deg2=size**2 if found else 0.0,

@@ -88,28 +88,15 @@ def pair_up(
         raise RecordError(reasons(notes))
     sessions = _sessions(baselines, fit, notes, fallen)
     _say_repeated(fit[0], sessions, notes)
-    looked = [[find_partner(record, session, k) for k, session in sessions.items()] for record in fit]
-    matches = [match for each in looked for _, match in each]
-    require_partners(matches, len(sessions))
-    _say_lonely(matches, notes)
-    kept, unpaired = _fullest(fit, [[partner for partner, _ in each] for each in looked], matches, notes)
-    for one in kept:
-        check_scale(one.record, one.others)
-        told = [hole(one.record), *(hole(other, "baseline ") for other in one.others)]
-        notes.extend(text for text in told if text)
+    kept, unpaired, matches = _matched(fit, sessions, notes)
+    _check_rows(kept, notes)
     case, days = [one.record for one in kept], [other for one in kept for other in one.others]
     p0 = rest_pressure(case, p0_mpa, bool(sessions))
     placed = at_rests(case, [one.others for one in kept], p0_mpa, notes)
     elsewhere = shifted(placed, days, p0_mpa)
     notes.extend(elsewhere)
     pressed = pressures and _all_have_pressures(case, days, notes)
-    pairs = [
-        replace(
-            on_grid(record, one.partners, p0, pressed, [fallen[id(each)] for each in (one.record, *one.others)], notes),
-            begun_s=at_s,
-        )
-        for record, one, at_s in zip(placed, kept, begun_s(case).tolist(), strict=True)
-    ]
+    pairs = _on_grids(kept, placed, p0, pressed, fallen, notes)
     _say_other_input(pairs, notes)
     _check_directions(pairs)
     clipped = tuple(_clipped(pairs))
@@ -118,6 +105,45 @@ def pair_up(
     return Pairing(
         pairs, pressed, days_beside, p0, tuple(notes), unpaired, clipped, matches, elsewhere, are_numbered(case)
     )
+
+
+def _matched(
+    fit: Sequence[Record], sessions: Mapping[int, list[Record]], notes: list[str]
+) -> tuple[list[_Beside], Sequence[str], list[Match]]:
+    """The records with their partners, which records have none, and the whole table of what pairs with what.
+    RecordError where sessions pair with nothing."""
+    looked = [[find_partner(record, session, k) for k, session in sessions.items()] for record in fit]
+    matches = [match for each in looked for _, match in each]
+    require_partners(matches, len(sessions))
+    _say_lonely(matches, notes)
+    kept, unpaired = _fullest(fit, [[partner for partner, _ in each] for each in looked], matches, notes)
+    return kept, unpaired, matches
+
+
+def _check_rows(kept: Sequence[_Beside], notes: list[str]) -> None:
+    """RecordError where an angle is of another scale than its partners'; rows that are missing are noted."""
+    for one in kept:
+        check_scale(one.record, one.others)
+        holes = [hole(one.record), *(hole(other, "baseline ") for other in one.others)]
+        notes.extend(text for text in holes if text)
+
+
+def _on_grids(
+    kept: Sequence[_Beside],
+    placed: Sequence[Record],
+    p0_mpa: float,
+    pressures: bool,
+    fallen: Mapping[int, tuple[Dropouts, ...]],
+    notes: list[str],
+) -> list[Pair]:
+    """The pairs of `kept`, each on one grid of rows; `placed` are their records about P0, in their order."""
+    begun = begun_s([one.record for one in kept]).tolist()
+    pairs = []
+    for record, one, at_s in zip(placed, kept, begun, strict=True):
+        dropouts = [fallen[id(each)] for each in (one.record, *one.others)]
+        pair = on_grid(record, one.partners, p0_mpa, pressures, dropouts, notes)
+        pairs.append(replace(pair, begun_s=at_s))
+    return pairs
 
 
 def _check_directions(pairs: Sequence[Pair]) -> None:
