@@ -46,7 +46,9 @@ def loop_samples(
     with TemporaryDirectory(prefix="pamrig-latency-") as folder, Session(loop_process, rig) as session:
         session.open([program], scripted=True)
         reader = RingReader(session.ring)
-        session.expect(RunOrder(1, Path(folder) / "latency.mcap", {}, {}, ticks, session.facts["wall_offset_ns"]))
+        session.recording.expect(
+            RunOrder(1, Path(folder) / "latency.mcap", {}, {}, ticks, session.facts["wall_offset_ns"])
+        )
         session.go()
         while session.loop_alive:
             session.beat()

@@ -277,7 +277,7 @@ class Daemon:
         self._marks += 1
         try:
             mark = Mark(text, time.monotonic_ns())
-            await asyncio.get_running_loop().run_in_executor(self._marking, session.expect, mark)
+            await asyncio.get_running_loop().run_in_executor(self._marking, session.recording.expect, mark)
         finally:
             self._marks -= 1
         return {"record": self._runner.current.name, "text": text}

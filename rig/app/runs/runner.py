@@ -101,7 +101,7 @@ def _run(
         announce(session.facts["device"])
         check_last_resort(rig, session.facts["device"], options.force)
         for order in _orders(session, rig, runs, options):
-            session.expect(order)
+            session.recording.expect(order)
         watch(session, operator, outcome, sum(planned.program.ticks for planned in runs), rig.channels)
         if not session.recorder_alive and not outcome.recorder_lost:  # also when both ended before we could look
             outcome.recorder_lost = True
@@ -120,9 +120,9 @@ def _close(session: Session, rig: RigConfig, operator: "_Operator", outcome: Run
     outcome.safe, outcome.insisted, outcome.driven = session.safe, session.insisted, session.ticked
     if outcome.insisted and outcome.safe.safe:
         say(f"{outcome.safe.words}{outcome.insisted}", "green")
-    if session.given_up:
+    if session.recording.given_up:
         lost = [f"{run.file}: {run.error}" for run in results if run.error]
-        outcome.error = outcome.error or "; ".join(lost) or session.given_up
+        outcome.error = outcome.error or "; ".join(lost) or session.recording.given_up
     if last is not None and last.run and not any(run.fault for run in outcome.runs):
         # its recorder was lost before it could tell
         asked_for = operator.asked_to_stop and last.fault in ASKED_FOR
@@ -216,7 +216,7 @@ def watch(session: Session, operator: _Operator, outcome: RunOutcome, total_tick
         session.go()  # only now: what progress imports takes a while on a busy machine, and the loop waits for our beat
         while session.loop_alive:
             session.beat()
-            outcome.runs += session.results()
+            outcome.runs += session.recording.results()
             _show(session, own, update, operator.asked_to_stop)
             _look(session, outcome)
             said = _say_trouble(session, said)
@@ -226,7 +226,7 @@ def watch(session: Session, operator: _Operator, outcome: RunOutcome, total_tick
 
 def _say_trouble(session: Session, said: str) -> str:
     """At once, also into a pipe: the record may be lost by the end. Returns what was said last."""
-    trouble = session.trouble
+    trouble = session.recording.trouble
     if trouble is not None and trouble.final:
         return said  # it ends the run, which says why
     now = trouble.error if trouble is not None else ""
@@ -238,7 +238,8 @@ def _say_trouble(session: Session, said: str) -> str:
 
 def _stop_without_a_file(session: Session, outcome: RunOutcome) -> None:
     lost = [run.error for run in outcome.runs if run.error and not run.valid and len(outcome.runs) < outcome.planned]
-    gone = [session.trouble.error] if session.trouble is not None and session.trouble.final else []
+    trouble = session.recording.trouble
+    gone = [trouble.error] if trouble is not None and trouble.final else []
     if (lost or gone) and not outcome.error:
         outcome.error = f"the rig was stopped: {[*gone, *lost][0]}"
         session.mailbox.stop()
@@ -274,7 +275,7 @@ def _show(session: Session, own: Channels, update: Callable[[float, str], None],
         return
     output = own.own_output(latest.angle_deg)
     angle = f"{output:+6.1f} {own.output.unit}" if math.isfinite(output) else ""
-    trouble = f"  {session.trouble.error}" if session.trouble is not None else ""
+    trouble = f"  {session.recording.trouble.error}" if session.recording.trouble is not None else ""
     update(
         latest.tick, f"{'ramping down  ' if stopping else ''}run {latest.run}  {angle}  missed {latest.missed}{trouble}"
     )

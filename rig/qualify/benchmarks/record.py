@@ -71,7 +71,9 @@ def _carried_out(rig: RigConfig, plans: list[RunPlan], *, virtual: bool) -> dict
         session.open(programs, scripted=True)
         for plan, program in zip(plans, programs, strict=True):
             path = Path(folder) / f"{plan.name}.mcap"
-            session.expect(RunOrder(program.run, path, {}, {}, len(plan.dp_mpa), session.facts["wall_offset_ns"]))
+            session.recording.expect(
+                RunOrder(program.run, path, {}, {}, len(plan.dp_mpa), session.facts["wall_offset_ns"])
+            )
         before = _cpu_s(session.loop), _cpu_s(session.recorder)
         start = time.perf_counter()
         session.go()
@@ -79,7 +81,7 @@ def _carried_out(rig: RigConfig, plans: list[RunPlan], *, virtual: bool) -> dict
         results: list[RunResult] = []
         while session.loop_alive:
             session.beat()
-            results += session.results()
+            results += session.recording.results()
             cpu = _cpu_s(session.loop) or cpu[0], _cpu_s(session.recorder)
             time.sleep(0.02)
         wall_s = time.perf_counter() - start

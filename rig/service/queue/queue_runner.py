@@ -260,7 +260,7 @@ class QueueRunner:
         """Tell the recorder, who takes an order that is longer than a pipe when his disk lets him, and then the loop.
         _Held when there are more than so many `holds` meanwhile: the rig may even be armed anew by then, and a reset
         waits for us."""
-        telling = asyncio.ensure_future(aside(lambda: session.expect(order)))
+        telling = asyncio.ensure_future(aside(lambda: session.recording.expect(order)))
         try:
             while not telling.done():
                 await asyncio.wait({telling}, timeout=_POLL_S)
@@ -269,7 +269,7 @@ class QueueRunner:
             session.mailbox.stop(False)
             await self._monitor.request(Request.START, order.run)
         except (_Held, Refused):
-            session.call_off(order.run)
+            session.recording.call_off(order.run)
             raise
 
     async def _result(self, session: Session, run: int) -> RunResult | None:
@@ -277,7 +277,7 @@ class QueueRunner:
         over_since = None
         while run not in self._monitor.results:
             running = self._monitor.state is State.RUNNING
-            if session.trouble is not None and session.trouble.final:
+            if session.recording.trouble is not None and session.recording.trouble.final:
                 session.mailbox.stop()  # it would sweep for nothing
             over_since = None if running else over_since or time.monotonic()
             patience_s = _FAULT_RESULT_S if self._monitor.fault else DISK_PATIENCE_S
@@ -313,8 +313,8 @@ class QueueRunner:
     def recording_error(self) -> str:
         """Why records cannot be written at present; empty when nothing is known against it."""
         session = self._monitor.session
-        if session is not None and session.trouble is not None:
-            return session.trouble.error
+        if session is not None and session.recording.trouble is not None:
+            return session.recording.trouble.error
         return self.space.trouble
 
     async def check_space(self) -> None:

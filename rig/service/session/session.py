@@ -7,16 +7,13 @@ script, the daemon by its mailbox.
 import logging
 import multiprocessing
 import secrets
-import select
 import signal
-import threading
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from multiprocessing.connection import Connection
 from multiprocessing.process import BaseProcess
-from pathlib import Path
 from typing import Any, Final, Self
 
 from rig.counted import counted
@@ -26,9 +23,9 @@ from rig.realtime.ring import CAPACITY, Ring
 from rig.realtime.safe_state import SafeReport, Writer
 from rig.realtime.shared import KEPT_RING, SharedBlock, sweep_stale
 from rig.service.processes import continue_process, start_process
-from rig.service.records.recorder_messages import Mark, RecorderTrouble, RunOrder, RunResult
+from rig.service.records.recorder_messages import RunResult
 from rig.service.session.process_watch import PathMaker, ProcessWatch
-from rig.service.session.recorder_end import abandoned, await_end
+from rig.service.session.recording import Recording
 from rig.service.session.setups import LoopSetup
 from rig.service.session.watchers import WatcherEntry, Watchers, await_ready
 
@@ -43,13 +40,6 @@ _LOG = logging.getLogger("pamrig")
 SWEPT = "shared memory: removed"
 SETTLE_S = 3.0
 """For the safe state of a loop that has ended, however it ended."""
-
-
-def _recorder(*arguments: Any) -> None:
-    """Entry of the recorder's process, which alone loads what files are written with."""
-    from rig.service.records.recorder import record
-
-    record(*arguments)
 
 
 @dataclass(frozen=True)
@@ -107,20 +97,9 @@ class Session:
         self.ticked = False
         """Whether the loop had ever ticked then: before, it writes nothing."""
         self.loop: BaseProcess | None = None
-        self.recorder: BaseProcess | None = None
+        self.recording = Recording(self.ring, self.id)
         self._dismissed = False
         self._loop_pipe: Connection | None = None
-        self._orders: Connection | None = None
-        self._telling = threading.Lock()
-        """Orders are longer than what a pipe takes at once: two writers would mix theirs."""
-        self._results: Connection | None = None
-        self._recording_ended = False
-        self._told: dict[int, Path] = {}
-        """The files of the runs that the recorder was told of and has given no result for."""
-        self.given_up = ""
-        """Why the recorder was killed when the session ended; empty when it was not."""
-        self.trouble: RecorderTrouble | None = None
-        """Why the recorder's file takes nothing at present, as far as `results` has heard."""
 
     def __enter__(self) -> Self:
         return self
@@ -142,7 +121,7 @@ class Session:
 
         for program in programs:
             self.publish(program)
-        self._start_recorder()
+        recorder = self.recording.start(self._context)
         ours, theirs = self._context.Pipe()
         setup = LoopSetup(
             self.id, self.ring.block.path, self.mailbox.block.path, self._rig, self.virtual, self._seed,
@@ -156,9 +135,8 @@ class Session:
             self.watchers.start(self._watching.entry, self.loop.pid, self._watching.writers)
         self.facts = await_ready(ours, self.loop, "loop", look)
         self.facts |= self.watchers.await_ready(look)
-        assert self.recorder is not None
         self.watch = ProcessWatch(
-            self.ring, self.mailbox, self.watchers, self.loop, self.recorder,
+            self.ring, self.mailbox, self.watchers, self.loop, recorder,
             second_path=self._watching.second_path if self._watching else None,
             period_ns=self._rig.period_ns, timed=not self.virtual,
         )  # fmt: skip
@@ -177,32 +155,10 @@ class Session:
             block.unlink()
             block.close()
 
-    def expect(self, order: RunOrder | Mark) -> None:
-        """Tell the recorder of a run before it starts, or of a marker in the one that runs. It waits for a recorder
-        that reads nothing: not for whoever must not wait."""
-        if self._orders is not None:
-            if isinstance(order, RunOrder):
-                self._told[order.run] = order.path
-            # a recorder that is gone is the watch's business, and no broken pipe of the command's output
-            with self._telling, suppress(OSError):
-                self._orders.send(order)
-
-    def call_off(self, run: int) -> None:
-        """The recorder was told of a run that does not begin: nothing is lost of it."""
-        self._told.pop(run, None)
-
     def end_recording(self) -> None:
-        """Let the recorder finish what is open, and end: there is no loop any more. Call it again and again: it waits
-        for nobody, and a recorder whose disk stands still may not have taken what he was told before."""
-        if self._orders is None or self._recording_ended or not self._telling.acquire(blocking=False):
-            return
-        try:
-            if _has_room(self._orders):
-                self._recording_ended = True
-                with suppress(OSError):
-                    self._orders.send(None if self.watch is None else self.watch.loop_fault)
-        finally:
-            self._telling.release()
+        """Let the recorder finish what is open, and end: there is no loop any more. To be called again and again, as
+        `Recording.finish`."""
+        self.recording.finish(None if self.watch is None else self.watch.loop_fault)
 
     def beat(self) -> None:
         """Say that we are here; once said, say it at least each second. In virtual time there is nothing that could be
@@ -217,20 +173,6 @@ class Session:
             with suppress(OSError):  # it has ended: seen and told by whoever waits for it
                 self._loop_pipe.send("go")
 
-    def results(self) -> Iterator[RunResult]:
-        """The runs that have been finished since the last call."""
-        if self._results is None:
-            return
-        with suppress(EOFError, OSError):
-            while self._results.poll():
-                word = self._results.recv()
-                if isinstance(word, RecorderTrouble):
-                    self.trouble = word if word.error else None
-                else:
-                    self.trouble = None
-                    self._told.pop(word.run, None)
-                    yield word
-
     @property
     def left(self) -> str:
         """What became of the rig, in words, once the session has ended."""
@@ -240,6 +182,11 @@ class Session:
     def loop_alive(self) -> bool:
         """The loop's process is there."""
         return self.loop is not None and self.loop.is_alive()
+
+    @property
+    def recorder(self) -> BaseProcess | None:
+        """The recorder's process."""
+        return self.recording.process
 
     @property
     def recorder_alive(self) -> bool:
@@ -260,7 +207,8 @@ class Session:
 
         `safe` then says what became of the rig: a loop that could not write it is followed up by whoever is left, for a
         few seconds, and then for as long as `insist` calls; `insisted` is what that returned.
-        `say` gets a line every few seconds while the recorder is waited for; `given_up` says that it was in vain.
+        `say` gets a line every few seconds while the recorder is waited for; `recording.given_up` says that it was in
+        vain.
         """
         self.watchers.wake()  # a process that somebody stopped is to come to a proper end
         if self.recorder is not None:
@@ -278,22 +226,13 @@ class Session:
         self.watchers.end()
         if self.watch is not None:
             self.watch.close()
-        left = self._end_recorder(say)
+        results = self.recording.end(say, self.end_recording)
         for block in (*self._blocks, *self._programs.values()):
             block.unlink()
-        for pipe in (self._loop_pipe, self._orders, self._results):
-            if pipe is not None:
-                pipe.close()
-        return left
-
-    def _start_recorder(self) -> None:
-        orders, self._orders = self._context.Pipe(duplex=False)
-        self._results, results = self._context.Pipe(duplex=False)
-        arguments = (self.ring.block.path, self.id, orders, results)
-        self.recorder = self._context.Process(target=_recorder, args=arguments, name="pamrig-recorder", daemon=False)
-        start_process(self.recorder)
-        orders.close()
-        results.close()
+        self.recording.close()
+        if self._loop_pipe is not None:
+            self._loop_pipe.close()
+        return results
 
     def dismiss_loop(self) -> None:
         """Tell the loop, once, to end through its safe state; waits for nobody."""
@@ -320,28 +259,6 @@ class Session:
         if loop.is_alive():
             loop.kill()
             loop.join()
-
-    def _end_recorder(self, say: Callable[[str], None]) -> list[RunResult]:
-        recorder = self.recorder
-        if recorder is None or self._orders is None:
-            return []
-        left: list[RunResult] = []
-
-        def look() -> None:
-            self.end_recording()
-            left.extend(self.results())
-
-        look()
-        self.given_up = await_end(recorder, self.ring, say, look)
-        left += self.results()
-        return left + abandoned(self._told, self.ring, self.given_up or "the recorder ended")
-
-
-def _has_room(pipe: Connection) -> bool:
-    """Whether a short word goes into the pipe without waiting for its reader; also when there is none any more."""
-    look = select.poll()
-    look.register(pipe.fileno(), select.POLLOUT)
-    return bool(look.poll(0))
 
 
 _FOR_OPERATOR: Final = ("pace", "failsafe", "read_back", "warning")

@@ -203,7 +203,7 @@ class SessionMonitor:
             return
         session.beat()
         self.telemetry.update()
-        self.results |= {result.run: result for result in session.results()}
+        self.results |= {result.run: result for result in session.recording.results()}
         loss = session.watch.look() if session.watch is not None else None
         if loss is not None and not self._broken:
             self._break(loss.fault, loss.message or session.loop_error())

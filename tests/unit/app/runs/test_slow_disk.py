@@ -81,7 +81,7 @@ def run_to_its_end(path: Path) -> Session:
     session, made = Session(loop_process, compose.load(None), virtual=True), program()
     session.open([made], scripted=True)
     facts = {"period_ns": 5_000_000, "clock": "virtual"}
-    session.expect(RunOrder(made.run, path, facts, {}, len(made.p1_cmd_mpa), session.facts["wall_offset_ns"]))
+    session.recording.expect(RunOrder(made.run, path, facts, {}, len(made.p1_cmd_mpa), session.facts["wall_offset_ns"]))
     session.go()
     assert session.loop is not None
     session.loop.join()
@@ -102,7 +102,7 @@ def test_a_recorder_whose_disk_stands_still_for_a_while_is_waited_for(
     session, clock = run_to_its_end(tmp_path / "a.mcap"), Clock(monkeypatch)
     clock.run(DISK_PATIENCE_S / 2, stands.unlink)
     result = closed(session)
-    assert (result.error, result.valid, session.given_up) == ("", True, "")
+    assert (result.error, result.valid, session.recording.given_up) == ("", True, "")
     assert len(contents(tmp_path / "a.mcap").samples) == result.ticks
     assert "waiting for the recorder (process" in caplog.text
     assert "its disk has taken nothing for" in caplog.text
@@ -115,7 +115,7 @@ def test_a_recorder_that_stood_still_with_all_the_others_is_waited_for(
     session, clock = run_to_its_end(tmp_path / "a.mcap"), Clock(monkeypatch)
     clock.run(20.0, lambda: (clock.jump(2 * DISK_PATIENCE_S), clock.run(25.0 + 2 * DISK_PATIENCE_S, stands.unlink)))
     result = closed(session)
-    assert (result.error, result.valid, session.given_up) == ("", True, "")
+    assert (result.error, result.valid, session.recording.given_up) == ("", True, "")
 
 
 def test_a_disk_that_takes_nothing_at_all_is_given_up_and_the_loss_is_told(

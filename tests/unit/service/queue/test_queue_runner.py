@@ -276,15 +276,16 @@ class PreparedSession:
         self.facts: dict[str, Any] = {"device": {}, "realtime": {}, "wall_offset_ns": 0}
         self.mailbox = SimpleNamespace(stop=lambda _: None)
         self.told, self.takes = threading.Event(), threading.Event()
+        self.recording = SimpleNamespace(expect=self._expect, call_off=self._call_off)
 
     def adopt(self, run: int) -> None:
         pass
 
-    def expect(self, _: RunOrder) -> None:
+    def _expect(self, _: RunOrder) -> None:
         self.told.set()
         self.takes.wait(10.0)
 
-    def call_off(self, run: int) -> None:
+    def _call_off(self, run: int) -> None:
         self.called_off = run
 
     def retire(self, run: int) -> None:

@@ -26,7 +26,7 @@ def test_the_end_of_a_recording_waits_for_no_recorder(tmp_path: Path) -> None:
     assert session.recorder.pid is not None
     os.kill(session.recorder.pid, signal.SIGSTOP)
     order = RunOrder(1, tmp_path / "a.mcap", {}, {"sweep.yaml": LONGER_THAN_A_PIPE}, 10, 0)
-    telling = threading.Thread(target=session.expect, args=(order,), daemon=True)
+    telling = threading.Thread(target=session.recording.expect, args=(order,), daemon=True)
     telling.start()
     telling.join(0.3)
     assert telling.is_alive(), "the recorder takes nothing"
@@ -45,7 +45,7 @@ def test_a_run_that_was_called_off_is_no_record_that_was_lost(tmp_path: Path) ->
     """One of the same name was made later: that one was said to be lost."""
     session = Session(loop_process, compose.load(None), virtual=True)
     session.open()
-    session.expect(RunOrder(1, tmp_path / "a.mcap", {}, {}, 10, 0))
-    session.call_off(1)
+    session.recording.expect(RunOrder(1, tmp_path / "a.mcap", {}, {}, 10, 0))
+    session.recording.call_off(1)
     (tmp_path / "a.mcap").write_bytes(b"")
     assert session.close() == []
