@@ -28,7 +28,16 @@ def test_round_trip(sample: Sample) -> None:
 
 
 @given(st.binary(min_size=SAMPLE_BYTES, max_size=SAMPLE_BYTES))
-def test_any_other_bytes_are_refused_or_come_back_the_same(data: bytes) -> None:
+def test_bytes_without_the_tags_of_the_fields_are_refused(data: bytes) -> None:
+    with pytest.raises(ValueError, match="not a packed sample"):
+        unpack(data)
+
+
+@given(SAMPLES, st.integers(0, SAMPLE_BYTES - 1), st.integers(0, 255))
+def test_a_sample_with_another_byte_is_refused_or_comes_back_with_it(sample: Sample, place: int, byte: int) -> None:
+    packed = bytearray(pack(sample))
+    packed[place] = byte
+    data = bytes(packed)
     try:
         sample = unpack(data)
     except ValueError:

@@ -162,9 +162,9 @@ def test_what_looks_alike_is_said_and_named_later_than_seen(rig: RehearsedRig) -
 @settings(max_examples=15, deadline=None)
 @given(st.floats(0.0, 0.15), st.floats(0.25, 0.5), st.floats(0.05, 3.0))
 def test_candidates_stay_inside_the_envelope(low: float, high: float, slew: float) -> None:
-    envelope = SweepEnvelope((low, high), slew)
-    for entry in candidates(envelope, (5.0,), PERIOD_NS):
-        (plan,) = planned([entry], PERIOD_NS)
+    pool = candidates(SweepEnvelope((low, high), slew), (5.0,), PERIOD_NS)
+    assert pool
+    for plan in planned(pool, PERIOD_NS):
         dp = np.asarray(plan.dp_mpa)
         assert plan.p0_mpa - 0.5 * np.abs(dp).max() >= low - 1e-6
         assert plan.p0_mpa + 0.5 * np.abs(dp).max() <= high + 1e-6
@@ -185,7 +185,9 @@ def test_candidates_stay_inside_the_envelope_at_the_period_of_the_loop_too(slew:
 def test_no_record_is_planned_that_a_diagnosis_would_leave_out(rig: RehearsedRig) -> None:
     pool = candidates(SweepEnvelope(rests_mpa=(0.15, 0.2, 0.3)), (10.0, 40.0), PERIOD_NS)
     notes: list[str] = []
-    assert all(usable(pair.raw, notes) for pair in rehearse(rig, planned(pool, PERIOD_NS)).pairs), notes
+    pairs = rehearse(rig, planned(pool, PERIOD_NS)).pairs
+    assert len(pairs) == len(pool) > 10
+    assert all(usable(pair.raw, notes) for pair in pairs), notes
 
 
 def test_a_design_tells_more_than_its_first_record_and_keeps_the_time(rig: RehearsedRig, tmp_path: Path) -> None:
