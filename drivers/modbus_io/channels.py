@@ -33,7 +33,7 @@ class Inputs:
         ]
         self._reference_v = (settings.angle.reference_v or NAN) if settings.angle else NAN
 
-    def measurement(self, numbers: Mapping[int, float], age_ns: int, flags: int = 0) -> Measurement:
+    def measurement(self, numbers: Mapping[int, float], age_ns: int, flags: int) -> Measurement:
         """Raw values are V or mA. A broken wire, and a potentiometer in its dead zone, have no value: NaN."""
         values, raws = [NAN, NAN], [NAN, NAN]
         for place in (0, 1):

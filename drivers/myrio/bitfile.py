@@ -12,7 +12,7 @@ import nifpga
 from rig.errors import ConfigError
 
 
-def load_bitfile(path: Path, where: str = "") -> nifpga.Bitfile:
+def load_bitfile(path: Path, where: str) -> nifpga.Bitfile:
     """The bitfile at `path`, which the settings that stand at `where` name; ConfigError when it is missing or is
     none."""
     named = f"{where}.bitfile: " if where else ""
@@ -36,7 +36,7 @@ class KeptBitfile:
     would be refused, or put another design onto an FPGA that holds pressures.
     """
 
-    def __init__(self, path: Path, where: str = "") -> None:
+    def __init__(self, path: Path, where: str) -> None:
         self._path, self._where = path, where
         self._content: bytes | None = None
 

@@ -285,7 +285,7 @@ def _bench_to_order(family_name: str, unit_seed: int, seed: int) -> Bench:
     return draw_bench(chosen, chosen.make(unit_seed), random)
 
 
-def made_to_order(family_name: str, unit_seed: int, sizes: Mapping[str, float], seed: int = 0) -> tuple[Made, Bench]:
+def made_to_order(family_name: str, unit_seed: int, sizes: Mapping[str, float], seed: int) -> tuple[Made, Bench]:
     """A case with these effects (name -> signed size, none for a healthy one) on that unit, and the unit's healthy
     days.
 

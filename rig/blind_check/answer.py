@@ -89,7 +89,7 @@ def main(arguments: Sequence[str]) -> None:
         )
 
 
-def answer_question(place: Path, days_read: DaysRead | None = None) -> dict[str, Any]:
+def answer_question(place: Path, days_read: DaysRead | None) -> dict[str, Any]:
     """The answers of one question, mode by mode: diagnosis as JSON, augmented model, seconds, or the error.
     `days_read`: days that were read for a question before, and are added to."""
     from rig.blind_check.naive import naive_answers

@@ -83,7 +83,7 @@ class Inverse:
 
 
 def invert(
-    plant: Plant, response: FrequencyResponse, reference_deg: Column, beyond_deg: Column, box: DpBounds = ANYTHING
+    plant: Plant, response: FrequencyResponse, reference_deg: Column, beyond_deg: Column, box: DpBounds
 ) -> Inverse:
     """The feed-forward for a reference (n,) that begins at rest at 0 and goes on for `beyond_deg`.
 

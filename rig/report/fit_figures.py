@@ -27,7 +27,7 @@ def comparison_figure(
     measured: Column,
     estimated: Mapping[str, Column],
     u_label: str,
-    channels: Channels = PNEUMATIC,
+    channels: Channels,
 ) -> "Figure":
     """Figs. 4 to 6: angle over time above its error on the left, the loop over the input on the right.
 
@@ -84,7 +84,7 @@ def loops_figure(title: str, records: Sequence[Record]) -> "Figure":
 
 
 def convergence_figure(
-    title: str, histories: Mapping[str, Sequence[tuple[int, float]]], channels: Channels = PNEUMATIC
+    title: str, histories: Mapping[str, Sequence[tuple[int, float]]], channels: Channels
 ) -> "Figure":
     """Best score over evaluations, one line for each search."""
     from matplotlib.figure import Figure

@@ -66,7 +66,7 @@ def _write_comparisons(models: Mapping[str, Model], records: Sequence[Record], o
         save_figure(figure, target)
 
 
-def score_cells(row: Score, channels: Channels = PNEUMATIC) -> list[str]:
+def score_cells(row: Score, channels: Channels) -> list[str]:
     """One row of Table IV as text, in the rig's own unit."""
     by, more = channels.output_per_deg, 0 if channels.has_valves else 2
     whole = "" if row.command_rmse_deg is None else f"{by * row.command_rmse_deg:.{3 + more}f}"

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from rig.channels import PNEUMATIC, Channels
+from rig.channels import Channels
 from rig.further import furthers_of
 from rig.log.compare import ComparedPair
 from rig.log.replay import ReplayComparison
@@ -81,7 +81,7 @@ def _further(axes: "Axes", record: Record) -> None:
     axes.legend(loc="lower right", fontsize="small")
 
 
-def replay_figure(name: str, comparison: ReplayComparison, channels: Channels = PNEUMATIC) -> "Figure":
+def replay_figure(name: str, comparison: ReplayComparison, channels: Channels) -> "Figure":
     """Commands and angles of a recording and of its replay over time, their difference, and both loops."""
     recorded = _Curve("recorded", comparison.recorded_dp_mpa, comparison.recorded_deg)
     replayed = _Curve("replayed", comparison.replayed_dp_mpa, comparison.replayed_deg)

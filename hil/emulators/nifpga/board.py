@@ -53,7 +53,7 @@ class BoardWiring:
 class Board:
     """Answers the library's hook: terminals from the plant before a read, plant from the terminals after a strobe."""
 
-    def __init__(self, registers: RegisterFile, world: World, wiring: BoardWiring | None = None) -> None:
+    def __init__(self, registers: RegisterFile, world: World, wiring: BoardWiring | None) -> None:
         self.registers = registers
         self.world = world
         self.wiring = wiring or BoardWiring()
@@ -86,9 +86,9 @@ class Board:
         self._shown = None
         self._measure()
 
-    def swap_valves(self, swapped: bool = True) -> None:
+    def swap_valves(self) -> None:
         """Exchange the regulators' input wires."""
-        self._swapped = swapped
+        self._swapped = True
         self._pins = ()
 
     def poll(self) -> None:

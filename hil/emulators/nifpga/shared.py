@@ -44,7 +44,7 @@ class _Fpga(ctypes.Structure):
 class RegisterFile:
     """One FPGA as the emulator sees it: registers and terminals by name, faults to inject."""
 
-    def __init__(self, folder: Path, resource: str, registers: Sequence[Register], signature: str = SIGNATURE) -> None:
+    def __init__(self, folder: Path, resource: str, registers: Sequence[Register]) -> None:
         """Creates the file of `resource` in `folder` afresh; a running FPGA with all registers at zero."""
         self.resource = resource
         self.key = resource.replace("/", "_").replace(":", "_")
@@ -54,7 +54,7 @@ class RegisterFile:
         with path.open("r+b") as file:
             self._memory = mmap.mmap(file.fileno(), 0)
         self._fpga = _Fpga.from_buffer(self._memory)
-        self._fpga.signature = signature.encode()
+        self._fpga.signature = SIGNATURE.encode()
         self._fpga.vi_state = 2
         outputs = [
             register.slot

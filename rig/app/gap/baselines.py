@@ -115,12 +115,12 @@ class EarlierDays:
         yield from (f"note: {why}" for why in self.odd.values())
 
 
-def earlier_days(baselines: Sequence[Path], model_file: Path | None = None, *, every: bool = False) -> EarlierDays:
+def earlier_days(baselines: Sequence[Path], model_file: Path | None, *, every: bool) -> EarlierDays:
     """The earlier days (`read_days`) without those that disagree with the others; `every` keeps these too."""
     return agreeing(read_days(baselines, model_file), every=every)
 
 
-def compared_with(baselines: Sequence[Path], model_file: Path | None = None, *, every: bool = False) -> list[str]:
+def compared_with(baselines: Sequence[Path], model_file: Path | None, *, every: bool) -> list[str]:
     """The lines about the earlier days, where the call does nothing else with the days themselves."""
     return list(earlier_days(baselines, model_file, every=every).lines())
 

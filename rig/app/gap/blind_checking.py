@@ -31,7 +31,7 @@ DAYS_NEED = 2
 
 def source_of(
     development: bool,
-    families: Sequence[str] = FAMILIES,
+    families: Sequence[str],
     groups: Sequence[str] = tuple(GROUPS),
     sweep: Path | None = None,
     own_zero: bool = False,

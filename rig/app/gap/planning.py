@@ -133,7 +133,7 @@ def design_session(
     asked: Asked,
     seconds: float,
     families: Sequence[str],
-    report: Callable[[float, str], None] = lambda share, what: None,
+    report: Callable[[float, str], None],
 ) -> Designed:
     """The session that tells most within `seconds` on the rig and on units of these plant families, of all where none
     is named. `report` hears how far it is, from 0 to 1, and what is done."""

@@ -179,7 +179,7 @@ class Fit:
 
 
 def fit_effect(
-    effect: Effect, forward: ForwardModel, shows: Callable[[Law], bool], screening: ForwardModel | None = None
+    effect: Effect, forward: ForwardModel, shows: Callable[[Law], bool], screening: ForwardModel | None
 ) -> Fit | None:
     """The likeliest law of one effect; None where none acts on this factor or none gives a finite response."""
     found = [fit_law(effect, law, forward, screening or forward) for law in effect.laws if shows(law)]

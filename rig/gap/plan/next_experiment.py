@@ -92,7 +92,7 @@ def spreads(fit: Fit) -> dict[str, float]:
 def what_next(
     expected: Expected,
     posteriors: Sequence[Posterior],
-    envelope: SweepEnvelope | None = None,
+    envelope: SweepEnvelope | None,
     seconds: float = TIME_S,
     settings: Fitted | None = None,
     simulator: Model | None = None,

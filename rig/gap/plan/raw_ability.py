@@ -38,7 +38,7 @@ def raw_abilities(
     noise_deg: float,
     effects: Sequence[Effect],
     kind: Kind,
-    usual: UsualNoise | None = None,
+    usual: UsualNoise | None,
 ) -> list[Ability]:
     """What records of these commands would tell of every effect that is found in the raw samples, on a rig like `model`
     whose sensor has that much noise, beside such a reference: a healthy day, the model's fingerprint, or the simulator

@@ -13,7 +13,7 @@ from rig.gap.records.pairs import Pair
 ANGLE = "angle_deg"
 
 
-def dropouts(pairs: Sequence[Pair], column: str = ANGLE) -> Signature:
+def dropouts(pairs: Sequence[Pair], column: str) -> Signature:
     """Falls of one column; those of the angle are the effect sensor_dropout, those of a monitor are said."""
     angle = column == ANGLE
     name, effect = ("drop-outs", "sensor_dropout") if angle else (f"drop-outs of {column.partition('_')[0]}", None)

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rig.columns import filled_in
-from rig.gap.raw_tests.levels import Measure, angles_of, level_deg
+from rig.gap.raw_tests.levels import Measure, angles_of
 from rig.gap.raw_tests.settings import (
     CHANCE_SPREAD,
     LEAST_LOST,
@@ -98,7 +98,7 @@ def repeated_samples(
     sessions: Sequence[Sequence[Record]],
     step_deg: float,
     finer: bool,
-    level_of: Measure = level_deg,
+    level_of: Measure,
 ) -> Signature:
     """The test for lost samples. `step_deg` is the coarsest quantisation step of case and baselines; `finer`: the
     baselines have it too."""

@@ -25,7 +25,7 @@ def wilson(count: float, rows: float, run: float = 1.0) -> tuple[float, float]:
     return max(middle - half, 0.0), min(middle + half, 1.0)
 
 
-def about(value: float, spread: float, least: float = 0.0, most: float = np.inf) -> Size:
+def about(value: float, spread: float, least: float, most: float = np.inf) -> Size:
     """The value with its normal 95 % interval, within bounds."""
     half = NORMAL_95 * float(spread)
     return Size(value, max(value - half, least), min(value + half, most))

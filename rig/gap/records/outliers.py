@@ -16,7 +16,7 @@ from rig.gap.records.settings import FAR_OUT, MOST_OUTLIERS, OUTLIER_ROWS, RETUR
 from rig.record import Column, Record
 
 
-def without_outliers(records: Sequence[Record], notes: list[str], kind: str = "") -> list[Record]:
+def without_outliers(records: Sequence[Record], notes: list[str], kind: str) -> list[Record]:
     """The records with outliers missing (NaN); what was taken out goes into the notes."""
     return [_cleaned(record, notes, kind) for record in records]
 

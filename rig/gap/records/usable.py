@@ -188,7 +188,7 @@ def is_held(said: Sequence[Column], measured: Sequence[Column]) -> bool:
     return float(np.max(np.abs(together))) < UNIT_SHAPE * float(np.sqrt(own * other))
 
 
-def beyond_reach(name: str, said: Column, farthest_deg: float, pressure_ratio: float = 1.0) -> str:
+def beyond_reach(name: str, said: Column, farthest_deg: float, pressure_ratio: float) -> str:
     """Why what a model says (deg, (n,)) of a record of this name is left out, in words: it moves much farther than the
     rig does in any of the records; else empty."""
     moves_deg = float(np.ptp(said))

@@ -66,7 +66,7 @@ class Descent:
     parameters held at a bound."""
 
 
-def descend(residual: Callable[[Column], Column], start: Column, low: Column, high: Column, steps: int = 8) -> Descent:
+def descend(residual: Callable[[Column], Column], start: Column, low: Column, high: Column, steps: int) -> Descent:
     """Minimise the sum of squares of `residual(x)` within low..high from `start` (all of shape (k,))."""
     x = np.clip(start, low, high)
     now = residual(x)

@@ -148,7 +148,7 @@ class BankSums:
         return float(np.sqrt(max(float(left), 0.0) / max(self.rows, 1.0)))
 
 
-def bank_sums(record: Drive, p0_mpa: float, exponent: float = 1.0) -> BankSums:
+def bank_sums(record: Drive, p0_mpa: float, exponent: float) -> BankSums:
     """The sums of one record."""
     terms = np.empty((len(record.angle_deg), RESPONSE_TERMS))
     response_terms(record.p1_mpa, record.p2_mpa, p0_mpa, exponent, record.dt_s, terms)

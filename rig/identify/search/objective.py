@@ -98,7 +98,7 @@ class ChainObjective:
     """Muscles, joint and sensor of the model run for each point in turn."""
 
     def __init__(
-        self, model: Model, space: Space, data: Sequence[Prepared], stability: StabilityTerm | None, thin: int = 1
+        self, model: Model, space: Space, data: Sequence[Prepared], stability: StabilityTerm | None, thin: int
     ) -> None:
         """`thin`: residuals of every so many rows only; scores count all rows where the kernel is used."""
         self._space, self._data, self._stability, self._thin = space, data, stability, thin

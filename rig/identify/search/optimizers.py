@@ -65,13 +65,12 @@ class _Best:
 class CmaEs(_Best):
     """CMA-ES with box bounds; when it has converged it starts again with twice the population (IPOP)."""
 
-    def __init__(self, dimension: int, seed: int, population: int = 16) -> None:
-        """A population of 16 fills one block of the kernel."""
+    def __init__(self, dimension: int, seed: int) -> None:
         super().__init__(dimension)
         self._random = np.random.default_rng(seed)
         self._dimension = dimension
-        self._population = population
-        self._start(population)
+        self._population = 16  # fills one block of the kernel
+        self._start(self._population)
 
     def _start(self, population: int) -> None:
         from cmaes import CMA

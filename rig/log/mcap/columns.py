@@ -209,7 +209,7 @@ class GrowingSamples:
     """Samples that come in batches, the fields `names` of them: each column grows in its place, so that an hour is in
     memory once. Room for `expected_bytes` of records is made at once; what is not filled of it costs nothing."""
 
-    def __init__(self, names: Collection[str] = tuple(WIRES), expected_bytes: int = 0) -> None:
+    def __init__(self, names: Collection[str], expected_bytes: int) -> None:
         self._expected_bytes = expected_bytes
         self._fields = {name: np.empty(0, DTYPES[wire.kind]) for name, wire in WIRES.items() if name in names}
         self._times, self._sequence = np.empty(0, np.int64), np.empty(0, np.uint32)

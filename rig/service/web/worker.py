@@ -22,8 +22,7 @@ _MEMORY_BYTES: Final = 4 * 1024**3
 class PageWorker:
     """Started when it is first needed."""
 
-    def __init__(self, patience_s: float = PATIENCE_S) -> None:
-        self._patience_s = patience_s
+    def __init__(self) -> None:
         self._turn = asyncio.Lock()
         self._waiting = 0
         self._helper = HelperProcess(serve, (), "pamrig-page-worker")
@@ -41,9 +40,9 @@ class PageWorker:
 
     def _exchange(self, request: tuple[Any, ...]) -> Any:
         try:
-            return self._helper.ask(request, self._patience_s)
+            return self._helper.ask(request, PATIENCE_S)
         except TimeoutError:
-            why = f"it takes more than {self._patience_s:g} s; use the command line for it"
+            why = f"it takes more than {PATIENCE_S:g} s; use the command line for it"
         except MemoryError:
             why = f"it needs more than {_MEMORY_BYTES / 1024**3:g} GB; use the command line for it"
         except EOFError:

@@ -35,9 +35,7 @@ class Absorbed:
     """Of the effect's mean square, on records that the fit has not seen; None where it does not show."""
 
 
-def absorbed_shares(
-    seed: int, units: int, workers: int | None = None, report: Callable[[int], None] = lambda done: None
-) -> list[Absorbed]:
+def absorbed_shares(seed: int, units: int, workers: int | None, report: Callable[[int], None]) -> list[Absorbed]:
     """Every effect of the library on `units` units of each family."""
     rigs = [(name, seed, unit) for name in known_families(()) for unit in range(units)]
     with executor(None, workers) as pool:

@@ -61,8 +61,8 @@ def compare_sizes(
     seed: int,
     units: int,
     reference: str,
-    workers: int | None = None,
-    report: Callable[[int], None] = lambda done: None,
+    workers: int | None,
+    report: Callable[[int], None],
 ) -> list[SizesFound]:
     """Every effect with a common size on `units` units of each family, against the `reference` session (one earlier
     day) or fingerprint."""
