@@ -9,8 +9,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from conftest import CONFIGS
 from support.rigs import fieldbus_rigs as rigs
-from support.rigs.exact_rig import CONFIGS, EXACT, run
+from support.rigs.exact_rig import EXACT, run
 
 from drivers.modbus_io.device import ModbusIo
 from drivers.modbus_io.settings import ExchangeMode, FurtherChannel

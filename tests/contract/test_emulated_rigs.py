@@ -6,7 +6,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from support.rigs.exact_rig import CONFIGS, EXACT, run
+from conftest import CONFIGS
+from support.rigs.exact_rig import EXACT, run
 
 from rig.app.stand_ins.emulated import EmulatedRig, EmulatedSettings
 from rig.errors import ConfigError, DeviceError

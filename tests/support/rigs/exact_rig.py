@@ -4,7 +4,6 @@ import subprocess
 import sys
 from pathlib import Path
 
-CONFIGS = Path(__file__).resolve().parents[3] / "configs"
 EXACT = """
 name: simulated without noise
 safe: {{p1_mpa: 0.2, p2_mpa: 0.2, return_mpa_s: 0.2}}

@@ -1,6 +1,7 @@
 """An emulated myRIO in virtual time for the tests of its driver, with a plant whose angle the test sets."""
 
 import time
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -9,6 +10,7 @@ import pytest
 from drivers.myrio.device import MyRio
 from drivers.myrio.session import vendor_library
 from drivers.myrio.settings import MyRioSettings
+from hil.emulators.nifpga.bitfile import personality
 from hil.emulators.nifpga.board import BoardWiring
 from hil.emulators.nifpga.stand_in import StandIn
 from hil.emulators.world import World
@@ -61,6 +63,13 @@ def lab_with(folder: Path, registers: list, resource: str = "RIO0") -> Lab:
     stand_in = StandIn(world, folder, resource, BoardWiring(), registers)
     settings = MyRioSettings(Path(stand_in.settings["bitfile"]), resource)
     return Lab(stand_in, world, plant, clock, settings, DeviceContext(clock, frozenset(Role), 0.2, 0.2))
+
+
+def paper_lab(tmp_path: Path) -> Iterator[Lab]:
+    """A lab with the paper's registers, closed after the test; a module's fixture by `pytest.fixture(paper_lab)`."""
+    made = lab_with(tmp_path, personality())
+    yield made
+    made.stand_in.close()
 
 
 def refused(call, kind: type[RigError], *says: str) -> bool:

@@ -3,7 +3,8 @@ a design has a quarter to choose from, and a third to weigh."""
 
 from pathlib import Path
 
-CONFIGS = Path(__file__).resolve().parents[3] / "configs"
+from conftest import CONFIGS
+
 LIMITS = "pressure_mpa: [0.0, 0.5]"
 FEW = (
     "delay", "valve_gain", "valve_lag", "fill_exhaust_asymmetry", "coulomb_friction", "backlash", "sensor_lag",

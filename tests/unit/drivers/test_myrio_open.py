@@ -5,12 +5,11 @@ import math
 import os
 import subprocess
 import sys
-from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from support.rigs.myrio_lab import FPGA_BUSY, RPC_SESSION, Lab, lab_with, refused
+from support.rigs.myrio_lab import FPGA_BUSY, RPC_SESSION, Lab, lab_with, paper_lab, refused
 
 from drivers.myrio.session import vendor_library
 from drivers.myrio.settings import MyRioSettings
@@ -20,12 +19,7 @@ from hil.emulators.nifpga.shared import OPEN
 from rig.config import structure
 from rig.errors import ConfigError, DeviceLost, RigError
 
-
-@pytest.fixture
-def lab(tmp_path: Path) -> Iterator[Lab]:
-    made = lab_with(tmp_path, personality())
-    yield made
-    made.stand_in.close()
+lab = pytest.fixture(paper_lab)
 
 
 def test_a_bitfile_that_is_missing_or_none_is_named(lab: Lab, tmp_path: Path) -> None:

@@ -17,6 +17,7 @@ from support.rigs.myrio_lab import (
     INVALID_SESSION,
     Lab,
     lab_with,
+    paper_lab,
     refused,
     slow_to_open,
 )
@@ -29,12 +30,7 @@ from rig.errors import ConfigError, DeviceError, DeviceLost
 from rig.interfaces import Device
 from rig.sample import Flag
 
-
-@pytest.fixture
-def lab(tmp_path: Path) -> Iterator[Lab]:
-    made = lab_with(tmp_path, personality())
-    yield made
-    made.stand_in.close()
+lab = pytest.fixture(paper_lab)
 
 
 # outputs

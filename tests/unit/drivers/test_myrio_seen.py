@@ -1,24 +1,19 @@
 """What a myRIO is said to hold: by registers of an FPGA that runs, read back by whoever wrote them, and by nobody whose
 silence lets its watchdog act."""
 
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from support.rigs.myrio_lab import Lab, lab_with
+from support.rigs.myrio_lab import Lab, lab_with, paper_lab
 
 from drivers.myrio.device import UNFED_PERIODS, MyRio
-from hil.emulators.nifpga.bitfile import guarded_personality, personality
+from hil.emulators.nifpga.bitfile import guarded_personality
 from rig.errors import DeviceError
 
 SAFE = pytest.approx((0.2, 0.2), abs=1e-4)
 
 
-@pytest.fixture
-def lab(tmp_path: Path) -> Iterator[Lab]:
-    made = lab_with(tmp_path, personality())
-    yield made
-    made.stand_in.close()
+lab = pytest.fixture(paper_lab)
 
 
 def make_safe(device: MyRio) -> None:
