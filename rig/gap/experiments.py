@@ -11,8 +11,8 @@ from dataclasses import replace
 
 from rig.errors import RecordError
 from rig.gap.answer.result import Diagnosis
-from rig.gap.evidence.posterior import heard
-from rig.gap.pipeline import Grounds, Question, SaidByExperiments, answer, weigh
+from rig.gap.evidence.posterior import effect_evidence
+from rig.gap.pipeline import ExperimentEvidence, Grounds, Question, answer, weigh
 from rig.gap.reference.build import Kind
 from rig.gap.reference.fast import known_hz
 from rig.identify.response.fingerprint import fingerprint_of
@@ -31,22 +31,23 @@ def answer_with(question: Question, experiments: Sequence[Sequence[Record]]) -> 
     records = [record for some in experiments for record in some]
     if not records:
         return answer(question)
-    return answer(replace(question, experiments=_said_by(_for_experiments(question), records)))
+    return answer(replace(question, experiments=_added_by(_for_experiments(question), records)))
 
 
-def _said_by(question: Question, records: Sequence[Record]) -> SaidByExperiments:
+def _added_by(question: Question, records: Sequence[Record]) -> ExperimentEvidence:
     """The evidence in the records of experiments once that of the session is known."""
     named = [replace(record, name=f"{number}_{record.name}") for number, record in enumerate(records, 1)]
-    before, after = _heard(question), _heard(replace(question, records=[*question.records, *named]))
+    before, after = _effect_evidence(question), _effect_evidence(replace(question, records=[*question.records, *named]))
     return {
         factor: {name: nats - before[factor][name] for name, nats in after[factor].items() if name in before[factor]}
         for factor in before.keys() & after.keys()
     }
 
 
-def _heard(question: Question) -> SaidByExperiments:
+def _effect_evidence(question: Question) -> ExperimentEvidence:
+    """What the question's records say of the effects on each factor."""
     _, _, posteriors = weigh(question)
-    return {posterior.problem.name: heard(posterior) for posterior in posteriors if not posterior.given}
+    return {posterior.problem.name: effect_evidence(posterior) for posterior in posteriors if not posterior.given}
 
 
 def _for_experiments(question: Question) -> Question:

@@ -53,7 +53,7 @@ class Grounds:
 
 Repair = Callable[[Record], Record]
 """Takes out of a record what its raw samples show."""
-SaidByExperiments = Mapping[str, Mapping[str, float]]
+ExperimentEvidence = Mapping[str, Mapping[str, float]]
 """Log evidence (nats) of later experiments, by factor and hypothesis; it is added to the prior odds."""
 
 
@@ -69,7 +69,7 @@ class Question:
     """The simulator was made for another rig of the build, or from data sheets."""
     pressures: bool = True
     library: Sequence[str] | None = None
-    experiments: SaidByExperiments = field(default_factory=dict)
+    experiments: ExperimentEvidence = field(default_factory=dict)
     known_hz: float = np.inf
     """Fastest excitation that the reference is known from, see `Expected`."""
     withheld: Sequence[str] = ()
@@ -168,18 +168,18 @@ def _judged(
     """What competes on each factor, upstream first; and what was expected of the angle, given what the pressures
     say."""
 
-    def said(problem: InverseProblem) -> Mapping[str, float]:
+    def experiments(problem: InverseProblem) -> Mapping[str, float]:
         return question.experiments.get(problem.name, {})
 
     def judged(problem: InverseProblem, healthy: float = 0.0) -> Posterior:
-        return judge(effects, _with_withheld(question, problem), said(problem), healthy)
+        return judge(effects, _with_withheld(question, problem), experiments(problem), healthy)
 
     def beside(name: str, one: Expected) -> Posterior:
         problem = angle_problem(one, settings)
         return judged(problem, problem.forward.odds.healthy if name == NONE else 0.0)
 
     def seconded(alone: Posterior) -> tuple[Posterior, ...]:
-        return with_second(effects, alone, said(alone.problem))
+        return with_second(effects, alone, experiments(alone.problem))
 
     if not expected.driven or not question.ahead:
         return expected, seconded(judged(angle_problem(expected, settings)))
@@ -190,15 +190,15 @@ def _judged(
     faint = _faint(ahead, given, expected, days, settings)
     if len(given) + len(faint) > 1:
         few = _still_open(effects, found.values())
-        all_heard = found | {name: judge(few, angle_problem(one, settings)) for name, one in faint.items()}
-        ahead = ahead.with_evidence(_heard(all_heard, ahead.problem.forward.odds.together))
+        beside_each = found | {name: judge(few, angle_problem(one, settings)) for name, one in faint.items()}
+        ahead = ahead.with_evidence(_angle_evidence(beside_each, ahead.problem.forward.odds.together))
     best = max((*given, *faint), key=lambda name: ahead.probability[name])
     if best in faint:
         given, found = faint, {best: beside(best, faint[best])}
     return given[best], (*seconded(ahead), *seconded(found[best]))
 
 
-def _heard(found: Mapping[str, Posterior], together: float) -> dict[str, float]:
+def _angle_evidence(found: Mapping[str, Posterior], together: float) -> dict[str, float]:
     """What the angle says (nats) of the hypotheses ahead of the monitors: its posterior beside each."""
     return {name: one.log_evidence_beside(0.0 if name == NONE else together) for name, one in found.items()}
 
@@ -230,7 +230,7 @@ def expected_given(ahead: Posterior, name: str, expected: Expected, days: Column
     if name == UNKNOWN or ahead.log_odds_beside.get(name, -math.inf) > 0.0:
         return expected
     factor, levels = ahead.forward_of(name).factor, settings.levels[expected.levels]
-    return read_right(expected, misread(factor, ahead.left(name), levels, days))
+    return read_right(expected, misread(factor, ahead.residual(name), levels, days))
 
 
 def _with_withheld(question: Question, problem: InverseProblem) -> InverseProblem:

@@ -42,8 +42,8 @@ def effects_not_kept(findings: Findings, kept: Sequence[Kept]) -> list[tuple[Pos
 def share_closed(posterior: Posterior, fit: Fit) -> float:
     """Share of its own factor's gap that an effect closes, in mean squares above what is expected anyhow."""
     effective = posterior.plain.factor.healthy.effective
-    before = posterior.plain.factor.healthy.chi_square(posterior.left(NONE))
-    after = fit.forward.factor.healthy.chi_square(posterior.left(fit.effect.name))
+    before = posterior.plain.factor.healthy.chi_square(posterior.residual(NONE))
+    after = fit.forward.factor.healthy.chi_square(posterior.residual(fit.effect.name))
     return float(np.clip((before - after) / max(before - min(effective, 0.5 * before), 1e-9), 0.0, 1.0))
 
 

@@ -81,7 +81,7 @@ class Posterior:
         """Log evidence of an effect, by itself or with something unknown beside it."""
         return _with_unknown(self.fits[name], self.log_odds_beside[name])
 
-    def left(self, name: str) -> Column:
+    def residual(self, name: str) -> Column:
         """(l,) lines of what a hypothesis leaves of the gap, by the model that it was judged by."""
         factor = self.forward_of(name).factor
         return factor.lines.of(factor.gap - self.fits[name].change) if name in self.fits else factor.gap_lines
@@ -96,7 +96,7 @@ class Posterior:
         lacks included."""
         usual = NONE if self.usual is None else self.usual.effect
         factor = self.forward_of(usual).factor
-        return factor.rms_of_lines(factor.healthy.beyond(self.left(usual))) / factor.floor
+        return factor.rms_of_lines(factor.healthy.beyond(self.residual(usual))) / factor.floor
 
     def likely(self, least: float) -> list[str]:
         """The hypotheses of at least this probability, likeliest first."""
@@ -149,10 +149,10 @@ class Posterior:
 def judge(
     effects: Sequence[Effect],
     problem: InverseProblem,
-    said: Mapping[str, float] = MappingProxyType({}),
+    experiments: Mapping[str, float] = MappingProxyType({}),
     healthy: float = 0.0,
 ) -> Posterior:
-    """Every hypothesis on one factor; `said` holds the nats that experiments have for some of the effects, `healthy`
+    """Every hypothesis on one factor; `experiments` holds the nats that these have for some of the effects, `healthy`
     those by which nothing is likelier (`Odds.healthy`)."""
     forward = problem.forward
     plain = settled(forward)
@@ -168,7 +168,7 @@ def judge(
     }
     odds = {name: _log_odds_beside(fit) for name, fit in fits.items()}
     logs |= {name: _with_unknown(fit, odds[name]) for name, fit in fits.items()}
-    probability, total = _normalised(parted(logs, said))
+    probability, total = _normalised(parted(logs, experiments))
     return Posterior(problem, plain, probability, fits, odds, total, usual=none.usual)
 
 
@@ -177,15 +177,15 @@ def acting(effects: Sequence[Effect], problem: InverseProblem) -> int:
     return sum(any(problem.shows(law) for law in effect.laws) for effect in effects)
 
 
-def parted(logs: Mapping[str, float], said: Mapping[str, float]) -> dict[str, float]:
-    """The same once experiments have `said` so many nats for some effects. They part effects from each other: that
+def parted(logs: Mapping[str, float], experiments: Mapping[str, float]) -> dict[str, float]:
+    """The same once `experiments` have said so many nats for some effects. They part effects from each other: that
     there is nothing, something unknown, or an effect that they say nothing of, stays as likely as it was."""
-    effects = [name for name in logs if name in said]
+    effects = [name for name in logs if name in experiments]
     if not effects:
         return dict(logs)
     before = np.logaddexp.reduce([logs[name] for name in effects])
-    average = float(np.logaddexp.reduce([logs[name] + said[name] for name in effects]) - before)
-    return {name: value + (said[name] - average if name in said else 0.0) for name, value in logs.items()}
+    average = float(np.logaddexp.reduce([logs[name] + experiments[name] for name in effects]) - before)
+    return {name: value + (experiments[name] - average if name in experiments else 0.0) for name, value in logs.items()}
 
 
 def flattened(chances: Column, temperature: float) -> Column:
@@ -203,33 +203,35 @@ def _normalised(logs: Mapping[str, float]) -> tuple[dict[str, float], float]:
     return {name: float(np.exp(value - total)) for name, value in logs.items()}, total
 
 
-def heard(posterior: Posterior) -> dict[str, float]:
+def effect_evidence(posterior: Posterior) -> dict[str, float]:
     """What a posterior says of the effects, if it is one of them, as nats."""
     chances = {name: chance for name, chance in posterior.probability.items() if name not in (NONE, UNKNOWN)}
     least = LEAST_CHANCE * max(sum(chances.values()), 1e-280)
     return {name: float(np.log(max(chance, least) / least)) for name, chance in chances.items()}
 
 
-def log_unknown(forward: ForwardModel, expected: Gaussian, left: Column, law: RoughLaw | None = None) -> float:
+def log_unknown(forward: ForwardModel, expected: Gaussian, residual: Column, law: RoughLaw | None = None) -> float:
     """Evidence, beside what is `expected` and a `law` that is rough, that there is something unknown in what is left
     (lines): as likely a broad process as more of what days differ in than is ever expected."""
-    return float(np.logaddexp(_log_broad(forward, expected, left, law), _log_beyond(expected, left, law)) - np.log(2.0))
+    return float(
+        np.logaddexp(_log_broad(forward, expected, residual, law), _log_beyond(expected, residual, law)) - np.log(2.0)
+    )
 
 
-def _log_broad(forward: ForwardModel, expected: Gaussian, left: Column, law: RoughLaw | None) -> float:
+def _log_broad(forward: ForwardModel, expected: Gaussian, residual: Column, law: RoughLaw | None) -> float:
     """Evidence for a broad process of any size: lines like those that are left, blurred."""
     factor, prior = forward.factor, forward.prior
-    shape = factor.lines.envelope(left, ENVELOPE_HZ, UNKNOWN_EVEN)
-    share = np.maximum(_LEVELS * factor.rms_of_lines(left) / forward.moving, 1e-9)
+    shape = factor.lines.envelope(residual, ENVELOPE_HZ, UNKNOWN_EVEN)
+    share = np.maximum(_LEVELS * factor.rms_of_lines(residual) / forward.moving, 1e-9)
     log_prior = -0.5 * ((np.log(share) - np.log(prior.share)) / prior.share_spread) ** 2
-    logs = [expected.with_variance(level**2 * shape).log_density(left, law) for level in _LEVELS]
+    logs = [expected.with_variance(level**2 * shape).log_density(residual, law) for level in _LEVELS]
     width = np.log(_LEVELS[1] / _LEVELS[0]) / (prior.share_spread * np.sqrt(2 * np.pi))
     return float(np.logaddexp.reduce(np.array(logs) + log_prior + np.log(width)))
 
 
-def _log_beyond(expected: Gaussian, left: Column, law: RoughLaw | None) -> float:
+def _log_beyond(expected: Gaussian, residual: Column, law: RoughLaw | None) -> float:
     """Evidence for an offset, a gain or a lag that no effect of the library explains."""
-    logs = expected.log_densities(left, np.array(BEYOND_DAYS), law)
+    logs = expected.log_densities(residual, np.array(BEYOND_DAYS), law)
     return float(np.logaddexp.reduce(logs)) - float(np.log(len(BEYOND_DAYS)))
 
 

@@ -32,7 +32,7 @@ class _Two:
         return self.second.best if self.usual == self.first.effect.name else self.first.effect.name
 
 
-def with_second(effects: Sequence[Effect], alone: Posterior, said: Mapping[str, float]) -> tuple[Posterior, ...]:
+def with_second(effects: Sequence[Effect], alone: Posterior, experiments: Mapping[str, float]) -> tuple[Posterior, ...]:
     """The posterior as it is; or, where something unknown stands in it and two effects explain the factor better than
     one with that, those of the likeliest first effect and of the second beside it, and of one alone where the other is
     there at a usual size."""
@@ -45,8 +45,8 @@ def with_second(effects: Sequence[Effect], alone: Posterior, said: Mapping[str, 
     choices, pairs = acting(effects, alone.problem), list[_Two]()
     for first in firsts:
         others = [effect for effect in effects if effect.name != first.effect.name]
-        second = judge(others, problem_given(alone.problem, first), said)
-        told = said.get(first.effect.name, 0.0) + said.get(second.best, 0.0)
+        second = judge(others, problem_given(alone.problem, first), experiments)
+        told = experiments.get(first.effect.name, 0.0) + experiments.get(second.best, 0.0)
         pairs += [replace(two, log_evidence=two.log_evidence + told) for two in _explanations(first, second, choices)]
     if not pairs:
         return (alone,)

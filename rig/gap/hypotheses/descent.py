@@ -69,12 +69,12 @@ def nearest(
         if 2.0 * pull @ step - step @ gram @ step <= FORESEEN * least:
             break
         then = changed(there)
-        left = by.chi_square(gap - then)
-        if not left < least:
+        chi_square = by.chi_square(gap - then)
+        if not chi_square < least:
             damping, raised = max(damping, LEAST_DAMPING) * MORE_DAMPING, raised + 1
             continue
-        gained, moved, foretold = (least - left) / least, then - now, slopes @ step
-        x, now, least, damping, taken, raised = there, then, left, LESS_DAMPING * damping, taken + 1, 0
+        gained, moved, foretold = (least - chi_square) / least, then - now, slopes @ step
+        x, now, least, damping, taken, raised = there, then, chi_square, LESS_DAMPING * damping, taken + 1, 0
         if gained < STANDS:  # the slopes of where it came from are those of where it is
             break
         if square_sum(moved - foretold) < FORETOLD**2 * square_sum(moved):

@@ -64,14 +64,14 @@ class ForwardModel:
     at: "Column | float" = 0.0
     """(k,) the sizes at which that was taken."""
 
-    def beside(self, cause: Applied | None, left: Column) -> "ForwardModel":
+    def beside(self, cause: Applied | None, residual: Column) -> "ForwardModel":
         """The same with what is unsure taken anew where it is likeliest by what a cause leaves (lines, of this
         model),
         and through the cause."""
         if self.unsure is None:
             return self
         unsure, factor = self.unsure, self.factor
-        sizes = self._likeliest(left)
+        sizes = self._likeliest(residual)
         with np.errstate(invalid="ignore", over="ignore"):
             moved = unsure.at(sizes, cause)
         if not max(np.max(np.abs(moved.patterns)), np.max(np.abs(moved.nonlinear))) < RUNS_AWAY:
@@ -84,14 +84,14 @@ class ForwardModel:
             self, factor=judged, change=moved.change, response=moved.response, nonlinear=moved.nonlinear, at=sizes
         )
 
-    def is_settled(self, left: Column) -> bool:
+    def is_settled(self, residual: Column) -> bool:
         """Whether what is unsure is likeliest where it was taken, by what a cause leaves (lines)."""
-        return self.unsure is None or bool(np.max(np.abs(self._likeliest(left) - self.at)) < UNSURE_STANDS)
+        return self.unsure is None or bool(np.max(np.abs(self._likeliest(residual) - self.at)) < UNSURE_STANDS)
 
-    def _likeliest(self, left: Column) -> Column:
+    def _likeliest(self, residual: Column) -> Column:
         """(k,) sizes of what is unsure."""
         assert self.unsure is not None
-        likeliest: Column = self.factor.healthy.sizes(left)[self.unsure.which] * self.unsure.spread
+        likeliest: Column = self.factor.healthy.sizes(residual)[self.unsure.which] * self.unsure.spread
         return likeliest
 
     def changed_by(self, cause: Applied) -> Column:
@@ -227,19 +227,19 @@ def _as_rough(fit: Fit) -> Fit:
     found = trial.nearest(fit.sizes, fixed, fit.slopes, rough)
     if not np.isfinite(found.chi_square):
         return fit
-    left = trial.gap - trial.moved(found.x, fixed)
-    again = trial.judged(fit.effect, replace(found, chi_square=factor.healthy.chi_square(left)), fixed)
+    residual = trial.gap - trial.moved(found.x, fixed)
+    again = trial.judged(fit.effect, replace(found, chi_square=factor.healthy.chi_square(residual)), fixed)
     return max(fit, again, key=lambda one: one.log_evidence)
 
 
-def leaves_more_than_it_changes(forward: ForwardModel, moved: Column, left: Column) -> bool:
+def leaves_more_than_it_changes(forward: ForwardModel, moved: Column, residual: Column) -> bool:
     """Whether a law leaves more (lines, (l,)) than it changes, beside the regulators of a simulator, which follow no
     rig's exactly; what may differ without being a gap and the noise aside. Then how rough the law may be would stand
     for all that the simulator misses, by its spectrum and not by its course (docs/decisions/0591)."""
     if forward.unsure is None:
         return False
     healthy = forward.factor.healthy
-    return float(np.sum(healthy.beyond(left) ** 2) - np.sum(healthy.variance)) > float(np.sum(moved**2))
+    return float(np.sum(healthy.beyond(residual) ** 2) - np.sum(healthy.variance)) > float(np.sum(moved**2))
 
 
 def _taken_anew(whole: "_Trial", fit: Nearest, fixed: Mapping[str, float]) -> tuple["_Trial", Nearest]:
@@ -247,10 +247,10 @@ def _taken_anew(whole: "_Trial", fit: Nearest, fixed: Mapping[str, float]) -> tu
     not."""
     here, found = whole, fit
     for _ in range(UNSURE_ROUNDS):
-        left = here.gap - here.moved(found.x, fixed)
-        if here.forward.is_settled(left):
+        residual = here.gap - here.moved(found.x, fixed)
+        if here.forward.is_settled(residual):
             return here, found
-        here = _Trial(whole.law, here.forward.beside(here.applied(found.x, fixed), left))
+        here = _Trial(whole.law, here.forward.beside(here.applied(found.x, fixed), residual))
         found = here.nearest(found.x, fixed)
         if not np.isfinite(found.chi_square):
             break
@@ -262,10 +262,10 @@ def settled(forward: ForwardModel) -> ForwardModel:
     not stand still."""
     here = forward
     for _ in range(UNSURE_ROUNDS):
-        left = here.factor.gap_lines
-        if here.is_settled(left):
+        residual = here.factor.gap_lines
+        if here.is_settled(residual):
             return here
-        here = here.beside(None, left)
+        here = here.beside(None, residual)
     return forward
 
 
@@ -334,15 +334,15 @@ class _Trial:
         x = fit.x
         healthy, lines, prior = self.forward.factor.healthy, self.forward.factor.lines, self.forward.prior
         change, moved = self.changed(x, fixed)
-        left = self.gap - moved
+        residual = self.gap - moved
         rho = effect.roughness(prior, self.law)
         rough = Counter(min(share * rho, MOST_ROUGH) for share in (EXACT, *prior.law_shares))
         log_shares = np.log(np.array(list(rough.values())) / rough.total())
-        logs = log_shares + log_densities(healthy, lines, moved, left, list(rough), prior)
+        logs = log_shares + log_densities(healthy, lines, moved, residual, list(rough), prior)
         log_density = float(np.logaddexp.reduce(logs))
         roughness = float(np.sqrt(np.exp(logs - log_density) @ np.square(list(rough))))
         stiff = (healthy.degrees + healthy.effective) / (healthy.degrees + fit.chi_square)
-        hessian = stiff * healthy.normal(fit.slopes, left)[0]
+        hessian = stiff * healthy.normal(fit.slopes, residual)[0]
         log_prior, precision = self._log_prior(x, change)
         hessian = hessian + np.diag(precision)
         sign, log_det = np.linalg.slogdet(hessian)

@@ -21,16 +21,16 @@ def with_law(healthy: Gaussian, lines: Lines, moved: Column, rho: float, prior: 
 
 
 def log_densities(
-    healthy: Gaussian, lines: Lines, moved: Column, left: Column, rhos: Sequence[float], prior: Prior
+    healthy: Gaussian, lines: Lines, moved: Column, residual: Column, rhos: Sequence[float], prior: Prior
 ) -> list[float]:
     """Log density of what a law leaves (l,) for each of several shares `rho` by which it may be wrong: that of
     `with_law`, whose patterns are not written out."""
     power = lines.envelope(moved, ENVELOPE_HZ, ENVELOPE_EVEN)
     law = rough_law(healthy, lines, moved, 1.0)
     return [
-        healthy.with_variance(rough_lines(lines, moved, rho, prior, power)).log_density(left, replace(law, rho=rho))
+        healthy.with_variance(rough_lines(lines, moved, rho, prior, power)).log_density(residual, replace(law, rho=rho))
         if rho > 0.0
-        else healthy.log_density(left)
+        else healthy.log_density(residual)
         for rho in rhos
     ]
 

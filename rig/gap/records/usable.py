@@ -157,12 +157,12 @@ def _runs_against(record: Record) -> bool:
     return bool(at[first] < AGAINST)
 
 
-def check_reach(said: Sequence[Column], measured: Sequence[Column], pressure_ratio: float = 1.0) -> None:
+def check_reach(simulated: Sequence[Column], measured: Sequence[Column], pressure_ratio: float = 1.0) -> None:
     """ModelError when a model moves (deg, (n,) a record) so much more or less than all records together that it must be
     another rig's. One record alone says nothing: friction stops a joint where it is pushed little, a wrong unit is the
     same in each. `pressure_ratio`: how many times as far as the rig's its pressures move, see `farther`; a regulator
     that hardly fills is an effect."""
-    ranges = [math.hypot(*(float(np.ptp(column)) for column in columns)) for columns in (said, measured)]
+    ranges = [math.hypot(*(float(np.ptp(column)) for column in columns)) for columns in (simulated, measured)]
     times, usual = ranges[0] / max(ranges[1], 1e-9), max(pressure_ratio, 1.0)
     if not 1.0 / STRANGE < times < usual * STRANGE:
         raise ModelError(
@@ -171,16 +171,16 @@ def check_reach(said: Sequence[Column], measured: Sequence[Column], pressure_rat
         )
 
 
-def is_held(said: Sequence[Column], measured: Sequence[Column]) -> bool:
+def is_held(simulated: Sequence[Column], measured: Sequence[Column]) -> bool:
     """Whether the joint moves so much less than a model says (deg, (n,) a record), in most of the records, because
     something holds it: another unit, or another rig, is one factor in all records at all times, and what holds a joint
     is not. In a single record the model may have left its range."""
-    moves_deg = [float(np.ptp(column)) for column in said]
+    moves_deg = [float(np.ptp(column)) for column in simulated]
     times = [moves / max(float(np.ptp(column)), 1e-9) for moves, column in zip(moves_deg, measured, strict=True)]
     if np.median(times) <= STRANGE or max(moves_deg) >= HALF_TURN_DEG:
         return False
-    together, own, other = np.zeros(2 * max(map(len, said))), 0.0, 0.0
-    for one, two in zip(said, measured, strict=True):
+    together, own, other = np.zeros(2 * max(map(len, simulated))), 0.0, 0.0
+    for one, two in zip(simulated, measured, strict=True):
         one, two = one - np.mean(one), two - np.mean(two)
         spectrum = np.fft.rfft(one, len(together)).conj() * np.fft.rfft(two, len(together))
         together += np.fft.irfft(spectrum, len(together))
@@ -188,10 +188,10 @@ def is_held(said: Sequence[Column], measured: Sequence[Column]) -> bool:
     return float(np.max(np.abs(together))) < UNIT_SHAPE * float(np.sqrt(own * other))
 
 
-def beyond_reach(name: str, said: Column, farthest_deg: float, pressure_ratio: float) -> str:
+def beyond_reach(name: str, simulated: Column, farthest_deg: float, pressure_ratio: float) -> str:
     """Why what a model says (deg, (n,)) of a record of this name is left out, in words: it moves much farther than the
     rig does in any of the records; else empty."""
-    moves_deg = float(np.ptp(said))
+    moves_deg = float(np.ptp(simulated))
     if moves_deg < STRANGE * max(pressure_ratio, 1.0) * farthest_deg:
         return ""
     return (
@@ -200,9 +200,9 @@ def beyond_reach(name: str, said: Column, farthest_deg: float, pressure_ratio: f
     )
 
 
-def farther(said: tuple[Column | None, Column | None], measured: tuple[Column | None, Column | None]) -> float:
+def farther(simulated: tuple[Column | None, Column | None], measured: tuple[Column | None, Column | None]) -> float:
     """How many times as far as the measured ones the pressures (n,) of a model move apart; 1 where either has none."""
-    (p1, p2), (own1, own2) = said, measured
+    (p1, p2), (own1, own2) = simulated, measured
     if p1 is None or p2 is None or own1 is None or own2 is None:
         return 1.0
     return float(np.ptp(p1 - p2) / max(np.nanmax(own1 - own2) - np.nanmin(own1 - own2), STILL_MPA))

@@ -40,14 +40,14 @@ class Misread:
         return max(apart) > max(self.spread_mpa, other.spread_mpa)
 
 
-def misread(pressures: Factor, left: Column, levels: Levels, days: Column | None = None) -> Misread:
+def misread(pressures: Factor, residual: Column, levels: Levels, days: Column | None = None) -> Misread:
     """From what a cause leaves of the pressures' gap, in lines (l,), and from the pressures of the earlier days (n, K):
     what their angles repeat is seen only once their monitors are read right as well."""
     share, own = levels.monitors, levels.angle.patterns[OWN]
     first = VALVE_PATTERNS.index(SHOWN)
     at = [first, len(VALVE_PATTERNS) + first]
     shown = _spreads(pressures, at)
-    one, other = (share * shown * pressures.healthy.sizes(left)[at]).tolist()
+    one, other = (share * shown * pressures.healthy.sizes(residual)[at]).tolist()
     unsure = float(np.mean((share * shown) ** 2 * pressures.healthy.size_variances()[at]))
     spread = min(float(np.sqrt((1.0 - share) * own**2 + unsure)), own)
     if days is None or days.shape[1] < 2:

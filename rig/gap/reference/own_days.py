@@ -145,11 +145,11 @@ def learnt(population: Gaussian, own: Column, lines: Lines) -> Gaussian:
     spread = np.ones(population.patterns.shape[1])
     for _ in range(ROUNDS):
         sizes, unsure = now.sizes_with_covariance(own)
-        left = np.mean((own - now.patterns @ sizes) ** 2, axis=1) + now.power_of(unsure)
+        power = np.mean((own - now.patterns @ sizes) ** 2, axis=1) + now.power_of(unsure)
         spread = np.sqrt(
             spread * _likely_spreads(sizes, np.diag(unsure), spread)
         )  # half way: patterns share their causes
-        variance = _levelled(population, _shape(population, left, count, lines), left, count)
+        variance = _levelled(population, _shape(population, power, count, lines), power, count)
         now = replace(population, variance=variance, patterns=population.patterns * spread)
     return now
 
@@ -172,16 +172,16 @@ def _likely_spreads(sizes: Column, unsure: Column, spread: Column) -> Column:
     return out
 
 
-def _shape(population: Gaussian, left: Column, count: int, lines: Lines) -> Column:
-    """(l,) how the variance of the lines is spread: the population's at the level of what was `left` (l,) on `count`
-    contrasts, and that itself, blurred."""
+def _shape(population: Gaussian, power: Column, count: int, lines: Lines) -> Column:
+    """(l,) how the variance of the lines is spread: the population's at the level of the residual's `power` (l,) on
+    `count` contrasts, and that itself, blurred."""
     worth = count * lines.beside(ENVELOPE_HZ) * population.effective / len(population.variance)
-    usual = float(np.mean(left / population.variance)) * population.variance
-    return (LINE_DEGREES * usual + worth * lines.blurred(left, ENVELOPE_HZ, ENVELOPE_EVEN)) / (LINE_DEGREES + worth)
+    usual = float(np.mean(power / population.variance)) * population.variance
+    return (LINE_DEGREES * usual + worth * lines.blurred(power, ENVELOPE_HZ, ENVELOPE_EVEN)) / (LINE_DEGREES + worth)
 
 
-def _levelled(population: Gaussian, shape: Column, left: Column, count: int) -> Column:
+def _levelled(population: Gaussian, shape: Column, power: Column, count: int) -> Column:
     """(l,) the shape at its likeliest level: the days' with one degree of freedom for each independent line of a
     contrast, the population's with those that it has."""
-    seen, known = float(np.mean(left / shape)) * shape, count * population.effective
+    seen, known = float(np.mean(power / shape)) * shape, count * population.effective
     return (population.degrees * population.variance + known * seen) / (population.degrees + known)

@@ -34,33 +34,33 @@ def modelled(model: Model, pair: Pair) -> Modelled:
     """What the model says under the pair's command, on its grid, from where the healthy rig, or else the record,
     starts."""
     start = [session.angle_deg[0] for session in pair.days] or [pair.case.angle_deg[0]]
-    said = simulate(model, pair.raw, start_deg=float(np.mean(start)))
-    assert said.angle_deg is not None
-    own = said.t_s - said.t_s[0]
+    simulated = simulate(model, pair.raw, start_deg=float(np.mean(start)))
+    assert simulated.angle_deg is not None
+    own = simulated.t_s - simulated.t_s[0]
 
     def on_grid(column: Column | None) -> Column | None:
         return None if column is None else np.interp(pair.t_s, own, column)
 
-    return on_grid(said.p1_mpa), on_grid(said.p2_mpa), np.interp(pair.t_s, own, said.angle_deg)
+    return on_grid(simulated.p1_mpa), on_grid(simulated.p2_mpa), np.interp(pair.t_s, own, simulated.angle_deg)
 
 
-def followed(pairs: Sequence[Pair], said: Sequence[Modelled]) -> list[str]:
+def followed(pairs: Sequence[Pair], simulated: Sequence[Modelled]) -> list[str]:
     """Why the model follows each of the records not at all, empty where it does. ModelError when it must be of another
     rig, by how far it moves in those that it follows."""
     farthest_deg = max(float(np.ptp(pair.case.angle_deg)) for pair in pairs)
     given = [_can_be_given(pair) for pair in pairs]
     ratios = [
         farther(one[:2], (pair.case.p1_mpa, pair.case.p2_mpa)) if known else 1.0
-        for pair, one, known in zip(pairs, said, given, strict=True)
+        for pair, one, known in zip(pairs, simulated, given, strict=True)
     ]
-    if all(given) and is_held([one[2] for one in said], [pair.case.angle_deg for pair in pairs]):
+    if all(given) and is_held([one[2] for one in simulated], [pair.case.angle_deg for pair in pairs]):
         return [""] * len(pairs)
     why = [
         beyond_reach(pair.name, one[2], farthest_deg, ratio)
-        for pair, one, ratio in zip(pairs, said, ratios, strict=True)
+        for pair, one, ratio in zip(pairs, simulated, ratios, strict=True)
     ]
     kept = [k for k, reason in enumerate(why) if not reason] or list(range(len(pairs)))
-    check_reach([said[k][2] for k in kept], [pairs[k].case.angle_deg for k in kept], max(ratios[k] for k in kept))
+    check_reach([simulated[k][2] for k in kept], [pairs[k].case.angle_deg for k in kept], max(ratios[k] for k in kept))
     return why
 
 
@@ -77,9 +77,9 @@ def misfit_deg(model: Model, pairs: Sequence[Pair], healthy: Sequence[Column]) -
     No part of the gap: the diagnosis works on differences. The augmented model inherits it.
     """
     try:
-        said = [modelled(model, pair) for pair in pairs]
-        followed(pairs, said)
+        simulated = [modelled(model, pair) for pair in pairs]
+        followed(pairs, simulated)
     except RigError:
         return None
-    missed = [(one[2] - expected)[pair.used > 0] for one, expected, pair in zip(said, healthy, pairs, strict=True)]
+    missed = [(one[2] - expected)[pair.used > 0] for one, expected, pair in zip(simulated, healthy, pairs, strict=True)]
     return rms(np.concatenate(missed))

@@ -13,15 +13,15 @@ MEDIAN_POWER = 0.4549
 """Median of a chi-square with one degree of freedom, over its mean: noise has that power in half of its lines."""
 
 
-def without_noise(measured: Column, said: Column, dt_s: float) -> Column:
-    """(n,) a measured course without noise; `said` (n,) is what a description, which has none, says of it.
+def without_noise(measured: Column, described: Column, dt_s: float) -> Column:
+    """(n,) a measured course without noise; `described` (n,) is what a description, which has none, says of it.
 
     Beyond that the course keeps of each line what stands out of noise (Wiener's filter, with the power that the line
     itself shows): out of the median of the lines within ENVELOPE_HZ, or out of what is above TOP_HZ where that is much
     less, for what begins and ends otherwise spreads over the lines as noise does. Nothing above TOP_HZ is kept, where
     nothing is compared.
     """
-    beyond = measured - said
+    beyond = measured - described
     mirrored = np.fft.rfft(np.concatenate([beyond, beyond[::-1]]))  # a cosine transform: its ends need not meet
     hertz = 1.0 / (2.0 * len(beyond) * dt_s)
     top = min(len(mirrored), int(TOP_HZ / hertz) + 1)
@@ -32,7 +32,7 @@ def without_noise(measured: Column, said: Column, dt_s: float) -> Column:
     share = np.zeros(len(mirrored))
     share[0] = 1.0  # the mean
     share[1:top] = np.maximum(1.0 - noise / MEDIAN_POWER / np.maximum(power[1:top], 1e-300), 0.0)
-    kept: Column = said + np.fft.irfft(share * mirrored, 2 * len(beyond))[: len(beyond)]
+    kept: Column = described + np.fft.irfft(share * mirrored, 2 * len(beyond))[: len(beyond)]
     return kept
 
 

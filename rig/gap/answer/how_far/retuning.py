@@ -224,15 +224,15 @@ class _Errors:
         halves = in_halves([pair.used for pair in pairs])
         self.half = np.concatenate([np.tile(rows[::THINNED], 3) for rows in halves])
 
-    def _said(self, x: Column) -> list[tuple[Column, Column, Column]]:
+    def _errors(self, x: Column) -> list[tuple[Column, Column, Column]]:
         """For each record: error of the angle (deg) and of both pressures (MPa), on every THINNED-th row."""
         model, found = self._made(x), []
         for pair in self._pairs:
-            said = simulate(model, pair.raw, begun_s=pair.begun_s)
-            t = said.t_s - said.t_s[0]
+            simulated = simulate(model, pair.raw, begun_s=pair.begun_s)
+            t = simulated.t_s - simulated.t_s[0]
             angle, p1, p2 = (
                 None if c is None else np.interp(pair.t_s[::THINNED], t, c)
-                for c in (said.angle_deg, said.p1_mpa, said.p2_mpa)
+                for c in (simulated.angle_deg, simulated.p1_mpa, simulated.p2_mpa)
             )
             assert angle is not None
             case, used = pair.case, pair.used[::THINNED]
@@ -246,20 +246,20 @@ class _Errors:
             )
         return found
 
-    def _pressure_error(self, measured: Column | None, said: Column | None, used: Column) -> Column:
-        if not self._pressures or measured is None or said is None:
+    def _pressure_error(self, measured: Column | None, simulated: Column | None, used: Column) -> Column:
+        if not self._pressures or measured is None or simulated is None:
             return np.zeros_like(used)
-        return (measured[::THINNED] - said) * used
+        return (measured[::THINNED] - simulated) * used
 
     def weighed(self, x: Column) -> Column:
         """(r,) errors of every record, in a hundredth of their range; not a number where the simulator runs
         away."""
         try:
-            said = self._said(x)
+            errors = self._errors(x)
         except RigError:
             return np.full(len(self.record), np.nan)
         units = (self._angle_unit, self._pressure_unit, self._pressure_unit)
-        return np.concatenate([column / unit for one in said for column, unit in zip(one, units, strict=True)])
+        return np.concatenate([column / unit for one in errors for column, unit in zip(one, units, strict=True)])
 
     @property
     def of_angle(self) -> Column:
