@@ -26,7 +26,8 @@ LEAST_ROWS = 50
 
 
 def rms(column: Column, used: Column | None = None) -> float:
-    """Root of the mean square, in the column's unit; of the rows' weights `used` where given. NaN without rows."""
+    """Root of the mean square of a column (n,), in its unit; by the rows' weights `used` (n,) where given. NaN without
+    rows."""
     if used is None:
         return float(np.sqrt(np.mean(column**2))) if len(column) else math.nan
     weight = float(np.sum(used))
@@ -58,7 +59,7 @@ def filled_in(column: Column) -> Column:
 
 
 def white_noise(columns: Iterable[Column], *, without_repeats: bool = False) -> float:
-    """Standard deviation of the white noise in columns, in their unit, from their third differences by medians.
+    """Standard deviation of the white noise in columns (n,), in their unit, from their third differences by medians.
 
     Third differences take out what moves slowly, medians what jumps. `without_repeats` leaves out the rows beside a
     value that was read twice: repeats are no noise. Missing values (NaN) are left out, and so are the rows beside

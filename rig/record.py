@@ -77,7 +77,7 @@ class Record:
 
     @property
     def dp_mpa(self) -> Column:
-        """Measured differential pressure p1 - p2."""
+        """(n,) measured differential pressure p1 - p2; ValueError where the pressures were not measured."""
         if self.p1_mpa is None or self.p2_mpa is None:
             raise ValueError(f"{self.name}: the pressures were not measured")
         return self.p1_mpa - self.p2_mpa

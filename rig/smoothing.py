@@ -33,8 +33,8 @@ def running_mean(column: Column, rows: int) -> Column:
 
 
 def through_parabolas(column: Column, rows: int) -> Column:
-    """Savitzky-Golay smoothing of degree 2 over an odd number of rows; the ends lie on the parabolas of the first and
-    the last rows. What scipy.signal.savgol_filter does, which takes half a second to import."""
+    """(n,) Savitzky-Golay smoothing of degree 2 over an odd number of rows; the ends lie on the parabolas of the first
+    and the last rows. What scipy.signal.savgol_filter does, which takes half a second to import."""
     powers = np.vander(np.arange(rows) - rows // 2, 3).astype(float)
     fitted = powers @ np.linalg.pinv(powers)  # row k: what the rows give for the k-th of them
     middle = rows // 2

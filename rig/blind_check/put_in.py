@@ -50,7 +50,7 @@ class PutIn:
 
 
 def reread(record: Record, law: Callable[[Column], Column]) -> Record:
-    """The record with another angle; RecordError when it has none."""
+    """The record with the angle that `law` makes of its own, both (n,) in deg; RecordError when it has none."""
     if record.angle_deg is None:
         raise RecordError(f"{record.name}: has no angle to put an effect into")
     return replace(record, angle_deg=np.asarray(law(record.angle_deg)))

@@ -35,7 +35,7 @@ class FrequencyResponse:
     period_s: float
 
     def at(self, frequency_hz: Column) -> Response:
-        """Between the lines; below the first and above the last as there."""
+        """(m,) deg/MPa at these frequencies (m,): between the lines; below the first and above the last as there."""
         parts = (np.interp(frequency_hz, self.frequency_hz, part) for part in (self.response.real, self.response.imag))
         real, imaginary = parts
         return real + 1j * imaginary

@@ -41,13 +41,13 @@ class DpBounds:
     """Largest change from one tick to the next."""
 
     def holds(self, dp_mpa: Column, slack_mpa: float = 1e-9) -> bool:
-        """No value and no step is outside."""
+        """No value of these (n,) and no step between them is outside."""
         steps = np.abs(np.diff(dp_mpa, prepend=0.0))
         inside = (dp_mpa >= self.low_mpa - slack_mpa) & (dp_mpa <= self.high_mpa + slack_mpa)
         return bool(np.all(inside) and np.all(steps <= self.step_mpa + slack_mpa))
 
     def clipped(self, dp_mpa: Column) -> Column:
-        """The nearest that is inside: values cut, then steps, from rest on."""
+        """(n,) the nearest that is inside: values cut, then steps, from rest on."""
         out = np.clip(dp_mpa, self.low_mpa, self.high_mpa)
         if np.all(np.abs(np.diff(out, prepend=0.0)) <= self.step_mpa):
             return out

@@ -102,7 +102,7 @@ class ReplayComparison:
 
     @property
     def residual_deg(self) -> Column:
-        """Replay minus recording."""
+        """(n,) replay minus recording, deg."""
         return self.replayed_deg - self.recorded_deg
 
     def facts(self) -> dict[str, Any]:

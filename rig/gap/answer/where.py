@@ -66,7 +66,8 @@ def _lines_of(pair: Pair, gap: Column) -> OverFrequency:
 
 
 def phase_shares(pairs: Sequence[Pair], healthy: Sequence[Column], gaps: Sequence[Column]) -> list[Band]:
-    """Rising, falling, and at turning points (the slowest third of the motion): share of the gap, rms and mean."""
+    """Rising, falling, and at turning points (the slowest third of the `healthy` motion): share of the gap, rms and
+    mean. Of each pair a column (n,) of both, in deg."""
     parts: dict[str, list[Column]] = {"rising": [], "falling": [], "turning": []}
     for pair, angle, gap in zip(pairs, healthy, gaps, strict=True):
         speed = np.gradient(angle, pair.dt_s)
@@ -91,8 +92,8 @@ def region_shares(pairs: Sequence[Pair], healthy: Sequence[Column], gaps: Sequen
 
 
 def over_time(pairs: Sequence[Pair], gaps: Sequence[Column]) -> list[OverTime]:
-    """For each record, by its measured rows: the gap in its first and last quarter, its drift, and a step when there is
-    a plain one."""
+    """For each record, by its measured rows: the gap (n,), in deg, in its first and last quarter, its drift, and a step
+    when there is a plain one."""
     told = []
     for pair, whole in zip(pairs, gaps, strict=True):
         measured = pair.used > 0

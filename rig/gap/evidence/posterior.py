@@ -211,8 +211,8 @@ def effect_evidence(posterior: Posterior) -> dict[str, float]:
 
 
 def log_unknown(forward: ForwardModel, expected: Gaussian, residual: Column, law: RoughLaw | None = None) -> float:
-    """Evidence, beside what is `expected` and a `law` that is rough, that there is something unknown in what is left
-    (lines): as likely a broad process as more of what days differ in than is ever expected."""
+    """Evidence, beside what is `expected` and a `law` that is rough, that there is something unknown in the residual
+    (l,) of the lines: as likely a broad process as more of what days differ in than is ever expected."""
     return float(
         np.logaddexp(_log_broad(forward, expected, residual, law), _log_beyond(expected, residual, law)) - np.log(2.0)
     )

@@ -13,7 +13,7 @@ from rig.record import Column
 
 
 def with_law(healthy: Gaussian, lines: Lines, moved: Column, rho: float, prior: Prior) -> Gaussian:
-    """What is expected of what a law leaves when it is as rough as a share `rho` of what it changes."""
+    """What is expected of what a law leaves when it is as rough as a share `rho` of what it changes, `moved` (l,)."""
     if rho <= 0.0:
         return healthy
     rough = rough_lines(lines, moved, rho, prior)
@@ -36,7 +36,7 @@ def log_densities(
 
 
 def rough_law(healthy: Gaussian, lines: Lines, moved: Column, rho: float) -> RoughLaw:
-    """`law_patterns` beside those of what is expected, not written out."""
+    """`law_patterns` of what a law changes (`moved`, (l,)) beside those of what is expected, not written out."""
     columns = np.column_stack([healthy.patterns, moved, later_pattern(moved, lines, 1.0)])
     return RoughLaw(columns, lines.ends, rho)
 

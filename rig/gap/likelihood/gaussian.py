@@ -116,14 +116,15 @@ class Gaussian:
         return products[:-1, :-1], products[:-1, -1]
 
     def chi_square(self, residual: Column) -> float:
-        """r' (V + P P')^-1 r."""
+        """r' (V + P P')^-1 r of a residual (l,)."""
         scaled = residual * self._scale
         taken = self._inverse_root @ (self._weighed.T @ scaled)
         return float(scaled @ scaled - taken @ taken)
 
     def log_density(self, residual: Column, law: RoughLaw | None = None) -> float:
-        """ln p(residual) but for a constant: a t density of `effective` dimensions and `degrees` degrees of freedom,
-        over what the days' factor may be; with the patterns of a rough law as well, where one is given."""
+        """ln p(residual), of (l,) lines, but for a constant: a t density of `effective` dimensions and `degrees`
+        degrees of freedom, over what the days' factor may be; with the patterns of a rough law as well, where one is
+        given."""
         factors, log_chances = _factors(self.pattern_degrees)
         said = float(np.logaddexp.reduce(log_chances + self.log_densities(residual, factors, law)))
         if self._looser is None:

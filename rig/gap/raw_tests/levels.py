@@ -17,13 +17,13 @@ def angles_of(records: Sequence[Record]) -> list[Column]:
 
 
 def span(columns: Sequence[Column]) -> float:
-    """From the lowest to the highest value of all columns, in their unit."""
+    """From the lowest to the highest value of all columns (n,), in their unit."""
     every = np.concatenate(list(columns))
     return float(np.nanmax(every) - np.nanmin(every))
 
 
 def high_rms(angle_deg: Column) -> float:
-    """Rms of white noise (deg) that would have these second differences."""
+    """Rms of white noise (deg) that would have the second differences of these angles (n,)."""
     second = np.diff(angle_deg, 2)
     return rms(second[np.isfinite(second)]) / math.sqrt(6.0)
 

@@ -287,8 +287,8 @@ def _alias(line_hz: float, rate_hz: float) -> float:
 
 
 def without_lines(record: Record, lines_hz: Sequence[float], width_hz: float = NOTCH_WIDTH_HZ) -> Column:
-    """The angle with a notch at each line: a narrow one, or what lies within a wider band taken off, sidebands and
-    all."""
+    """(n,) the angle (deg) with a notch at each line: a narrow one, or what lies within a wider band taken off,
+    sidebands and all."""
     assert record.angle_deg is not None
     rate, left = 1.0 / record.period_s, filled_in(record.angle_deg)
     for alias in dict.fromkeys(round(_alias(line_hz, rate), 6) for line_hz in lines_hz):

@@ -68,7 +68,8 @@ def _command(record: Record, t_s: Column) -> Column:
 
 
 def covered(record: Record, t_s: Column) -> Rows:
-    """True where a record has rows around t (s after its start): what is interpolated over a hole is no command."""
+    """(n,) true where a record has rows around t (n,), s after its start: what is interpolated over a hole is no
+    command."""
     own = record.t_s - record.t_s[0]
     if float(np.max(np.diff(own), initial=0.0)) <= LONGEST_GAP_S:  # as in nearly every record
         return np.ones(len(t_s), dtype=bool)

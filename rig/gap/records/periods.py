@@ -7,7 +7,7 @@ from rig.record import Column
 
 
 def period_rows(command: Column) -> int | None:
-    """Rows of a column's period, when it has one that fits FEWEST_PERIODS times; from its autocorrelation."""
+    """Rows of the period of a column (n,), when it has one that fits FEWEST_PERIODS times; from its autocorrelation."""
     overlap = _autocorrelation(command - command.mean())
     searched = overlap[: 2 * len(command) // FEWEST_PERIODS]
     past = np.flatnonzero(searched < PERIOD_PAST)

@@ -254,7 +254,7 @@ def outside_fingerprint(
     known: Fingerprint, drives: Sequence[Column], pressures: Sequence[tuple[Column, Column]]
 ) -> dict[str, str]:
     """What goes beyond the fingerprint's records by more than a tenth of the drive's span, the drive or the mean
-    pressure, and a line about it."""
+    pressure, and a line about it; of each record the drive (n,) and both pressures (n,), MPa."""
     room = OUTSIDE_SEEN * (known.drive_mpa[1] - known.drive_mpa[0])
     means = [0.5 * (p1 + p2) for p1, p2 in pressures]
     found = {}
@@ -369,5 +369,5 @@ def _simulated(model: Model, context: RecordContext, response: ResponseModel) ->
 
 
 def rms_of(columns: Sequence[Column], pairs: Sequence[Pair]) -> float:
-    """Rms of columns over the rows of their pairs that were measured."""
+    """Rms of columns (n,), one a pair, in their unit, over the rows that were measured."""
     return rms(np.concatenate(columns), np.concatenate([pair.used for pair in pairs]))

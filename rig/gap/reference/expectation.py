@@ -326,7 +326,7 @@ def motion_doubt(contexts: Sequence[RecordContext], base: Sequence[Column], resp
 
 
 def driving(context: RecordContext, driven: bool) -> tuple[Column, Column]:
-    """Both pressures that move the joint: the measured ones when `driven`, else the reference's."""
+    """Both pressures (n,), MPa, that move the joint: the measured ones when `driven`, else the reference's."""
     case = context.pair.case
     if driven and case.p1_mpa is not None and case.p2_mpa is not None:
         return case.p1_mpa, case.p2_mpa
@@ -377,8 +377,8 @@ def _bank(p1: Column, p2: Column, response: ResponseModel, dt_s: float) -> Colum
 
 
 def line_noise(column: Column | None, pair: Pair) -> float:
-    """Standard deviation that a column's own white noise has on every line of the pair's grid; by medians of third
-    differences.
+    """Standard deviation that the own white noise of a column (n,) has on every line of the pair's grid; by medians of
+    third differences.
 
     Not `rig.columns.white_noise`, which counts rows that stand still: here they are left out while most rows move, and
     the shipped priors were fitted to lines with this noise in them. One estimator for both needs them fitted anew.

@@ -157,12 +157,12 @@ class HealthyJoint:
 
     @cached_property
     def driven_to(self) -> Column:
-        """The angle to which the pressures drive it, by the response model."""
+        """(n,) the angle (deg) to which the pressures drive it, by the response model."""
         return self.nominal.equilibrium(self.p1, self.p2)
 
     @cached_property
     def pulled_to(self) -> Column:
-        """The angle to which it is pulled where it has its own."""
+        """(n,) the angle (deg) of equilibrium where it has its own."""
         return self.nominal.pulled_to(self.angle, self.course.dt_s, self.course.ends)
 
     @cached_property
@@ -194,8 +194,8 @@ def _laid(pair: Pair, reference: Reference, nominal: ResponseModel) -> RecordCon
 
 
 def pressures_with(causes: Sequence[Ready], course: Course, nominal: ResponseModel) -> tuple[Column, Column]:
-    """The pressures of the healthy rig with these timing and valve effects (the others are passed over). The monitors'
-    noise stays as it was."""
+    """Both pressures (n,), MPa, of the healthy rig with these timing and valve effects (the others are passed over).
+    The monitors' noise stays as it was."""
     ahead = [*_in(causes, Slot.TIMING), *_in(causes, Slot.VALVE)]
     if not ahead:
         return course.reference.p1_mpa, course.reference.p2_mpa
@@ -290,7 +290,7 @@ def later(context: RecordContext, late: Lateness) -> RecordContext:
 
 
 def angle_under(p1: Column, p2: Column, context: RecordContext, nominal: ResponseModel) -> Column:
-    """The healthy rig's angle had its pressures been p1 and p2.
+    """(n,) the healthy rig's angle (deg) had its pressures (n,) been p1 and p2, MPa.
 
     Pressures that come later make the measured angle as late, whatever made them late; of the rest, the response model
     gives what the difference of the pressures does; their mean changes the stiffness, and with it how much the joint's

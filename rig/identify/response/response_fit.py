@@ -158,7 +158,8 @@ def bank_sums(record: Drive, p0_mpa: float, exponent: float) -> BankSums:
 
 
 def fit_bank(records: Sequence[Drive], p0_mpa: float, exponent: float = 1.0) -> tuple[Column, float]:
-    """Ridge weights of the bank that gives the angles from the pressures, and the rms (deg) that it leaves."""
+    """Ridge weights (RESPONSE_TERMS,) of the bank that gives the angles from the pressures, and the rms (deg) that it
+    leaves."""
     first, *others = [bank_sums(record, p0_mpa, exponent) for record in records]
     total = sum(others, first)
     weights = total.weights()

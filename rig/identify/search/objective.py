@@ -196,8 +196,8 @@ def excess_weight(stability: StabilityTerm, rows: int) -> float:
 
 
 def predict(model: Model, record: Prepared, off_deg: float = 0.0, begun_s: float = 0.0) -> Column:
-    """The angle (deg) that muscles, joint and sensor give under what drives the record, from its first measured angle
-    or as far off that, begun so long after its session; it may diverge."""
+    """(n,) the angle (deg) that muscles, joint and sensor give under what drives the record, from its first measured
+    angle or as far off that, begun so long after its session; it may diverge."""
     p1, p2, angle = record.p1_mpa.copy(), record.p2_mpa.copy(), np.zeros(len(record.angle_deg))
     start = before_sensor(model, float(record.angle_deg[0]) + off_deg)
     run_stages(downstream(model), p1, p2, angle, model.sample_time_s, start, begun_s)

@@ -88,7 +88,7 @@ def spread_within(std: Table, blind: Flags) -> Table:
 
 
 def independent_samples(residual: Table) -> float:
-    """n / (1 + 2 sum of the autocorrelations up to their first zero): at least 1, at most n."""
+    """Of a residual (n,): n / (1 + 2 sum of its autocorrelations up to their first zero): at least 1, at most n."""
     centred = residual - np.mean(residual)
     n = len(centred)
     spectrum = np.abs(np.fft.rfft(centred, 2 * n)) ** 2

@@ -99,7 +99,8 @@ def compared(a: Path, b: Path) -> dict[str, Any]:
 
 
 def ends(column: Column, points: int) -> Rows:
-    """Rows to draw: of each stretch the ones with the smallest and the largest value, so that no peak is lost."""
+    """Rows of a column (n,) to draw: of each stretch the ones with the smallest and the largest value, so that no peak
+    is lost."""
     if len(column) <= points:
         return np.arange(len(column))
     stretches = points // 2
