@@ -1,5 +1,6 @@
 """An emulated myRIO in virtual time for the tests of its driver, with a plant whose angle the test sets."""
 
+import threading
 import time
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
@@ -83,12 +84,24 @@ def refused(call, kind: type[RigError], *says: str) -> bool:
     return True
 
 
-def slow_to_open(monkeypatch: pytest.MonkeyPatch, seconds: float = 0.02) -> None:
-    """Every new session takes that long, as over a network."""
+def opened_when_let(monkeypatch: pytest.MonkeyPatch) -> threading.Event:
+    """Every new session is opened once this is set."""
+    open_at_once, let = vendor_library, threading.Event()
+
+    def waiting() -> object:
+        assert let.wait(30.0)
+        return open_at_once()
+
+    monkeypatch.setattr("nifpga.session._NiFpga", waiting)
+    return let
+
+
+def slow_to_open(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Every new session takes 20 ms, as over a network."""
     open_at_once = vendor_library
 
     def slowly() -> object:
-        time.sleep(seconds)
+        time.sleep(0.02)
         return open_at_once()
 
     monkeypatch.setattr("nifpga.session._NiFpga", slowly)

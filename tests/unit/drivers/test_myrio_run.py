@@ -17,6 +17,7 @@ from support.rigs.myrio_lab import (
     INVALID_SESSION,
     Lab,
     lab_with,
+    opened_when_let,
     paper_lab,
     refused,
     slow_to_open,
@@ -225,13 +226,14 @@ def test_a_stall_past_the_period_is_an_error_not_an_old_value(lab: Lab) -> None:
 
 
 def test_safe_gets_through_a_new_session_when_the_old_one_is_lost(lab: Lab, monkeypatch: pytest.MonkeyPatch) -> None:
-    slow_to_open(monkeypatch)
     device = lab.device()
     device.open()
     device.write(0.4, 0.05)
     lab.fpga.lose_sessions()
+    let = opened_when_let(monkeypatch)
     assert refused(device.safe, DeviceError, "not written yet: a new session is being opened")
     assert refused(device.read, DeviceLost, "not open")
+    let.set()
     device.close()  # waits for the write that is under way
     assert lab.stand_in.board.commands_mpa() == pytest.approx((0.2, 0.2), abs=1e-4)
     assert lab.fpga.sessions <= 1
