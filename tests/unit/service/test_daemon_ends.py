@@ -129,7 +129,11 @@ def test_the_rig_is_on_its_way_to_safe_before_anybody_is_waited_for(
     def opened(monitor: SessionMonitor) -> None:
         ring = SimpleNamespace(heartbeat_ns=0)
         monitor.session = SimpleNamespace(  # type: ignore[assignment]
-            id=42, ring=ring, facts={}, expect=stuck, dismiss_loop=lambda: order.append("loop")
+            id=42,
+            ring=ring,
+            facts={},
+            recording=SimpleNamespace(expect=stuck),
+            dismiss_loop=lambda: order.append("loop"),
         )
 
     def closed(monitor: SessionMonitor, _: Callable[[str], None]) -> str:

@@ -76,7 +76,7 @@ def test_a_program_for_which_there_is_no_room_in_memory_stops_a_job_that_can_go_
 
     monkeypatch.setattr(Planner, "publish", full)
     monkeypatch.setattr(QueueRunner, "check_space", lambda _: asyncio.sleep(0))
-    job = worked_on(tmp_path, QUICK, 0.0, SimpleNamespace(id=1, trouble=None))
+    job = worked_on(tmp_path, QUICK, 0.0, SimpleNamespace(id=1, recording=SimpleNamespace(trouble=None)))
     assert job.state is JobState.STOPPED
     assert "No space left" in job.error
 
