@@ -6,11 +6,13 @@ from pathlib import Path
 from typing import Final
 
 from rig.app import compose, shipped, wire_locks
+from rig.app.heir_process import heir_process
 from rig.app.loop_process import loop_process
 from rig.app.watcher_process import driver_of, outside, watcher_process
 from rig.errors import DeviceError, RigError
 from rig.realtime.safe_state import Outcome, SecondPath, Writer, insist
 from rig.rig_config import RigConfig
+from rig.service.session.heir import Heir
 from rig.service.session.session import Watching
 from rig.service.session.session_monitor import SessionParts
 
@@ -20,8 +22,10 @@ _INSIST_S: Final = 2.0
 
 def watching(rig: RigConfig) -> Watching:
     """Who watches a session of this rig."""
-    own_path = (lambda: second_path(rig)) if compose.outlives_the_loop(rig) else None
-    return Watching(watcher_process, (Writer.SUPERVISOR, Writer.GUARDIAN), own_path)
+    writers = (Writer.SUPERVISOR, Writer.GUARDIAN)
+    if not compose.outlives_the_loop(rig):
+        return Watching(watcher_process, writers, None)
+    return Watching(watcher_process, writers, lambda: second_path(rig), lambda: Heir(heir_process, rig))
 
 
 def second_path(rig: RigConfig) -> SecondPath:

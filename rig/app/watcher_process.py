@@ -20,11 +20,13 @@ from rig.realtime.clock import MonotonicClock
 from rig.realtime.ring import Ring
 from rig.realtime.safe_state import (
     LoopVerdict,
+    Outcome,
     SafeBlock,
     SafeStateAuthority,
     SecondPath,
     WatchedProcess,
     Writer,
+    write_and_look,
 )
 from rig.realtime.supervisor import Supervisor
 from rig.rig_config import RigConfig
@@ -40,6 +42,11 @@ ABOVE_THE_LOOP: Final = 5
 _MOST_PRIORITY: Final = 99
 _LOOKS_NS: Final = 2_000_000_000
 """Who tries beats between two attempts."""
+_LOOK_S: Final = 0.05
+_RETRY_S: Final = 0.25
+"""Between two attempts in another's place."""
+_HIS_LOOP_S: Final = 5.0
+"""So long who drives the rig may be what the lost commander left, on the way to its end; then it is somebody else."""
 
 
 def patience_periods(rig: RigConfig) -> int:
@@ -71,8 +78,11 @@ def watcher_process(setup: WatcherSetup, pipe: Connection) -> None:
     tell_commander(pipe, "ready", _take_measures(rig))
     pipe.close()
     try:
-        if supervisor.run() is not LoopVerdict.WATCHING and (setup.speaks or alone.since_s):
-            _speak(block, setup.writer)
+        verdict = supervisor.run()
+        if block.report(setup.writer).outcome is Outcome.FAILED and alone.commander_tries():
+            stand_by(block, setup.writer, alone, SecondPath.of(device))  # he may be lost later than the loop
+        if verdict is not LoopVerdict.WATCHING and (setup.speaks or alone.since_s):
+            speak(block, setup.writer)
     finally:
         with contextlib.suppress(Exception):
             device.close()
@@ -89,7 +99,7 @@ class GoesOnAlone:
         """It does so since then."""
 
     def __call__(self) -> bool:
-        if self._commander_tries() or self._driver():
+        if self.commander_tries() or self._driver():
             return False
         if not self.since_s:
             self.since_s = time.monotonic()
@@ -97,7 +107,7 @@ class GoesOnAlone:
                 _print(f"the process that held the rig is gone, or does not move; {TRIED_ON}")
         return time.monotonic() - self.since_s < ALONE_S
 
-    def _commander_tries(self) -> bool:
+    def commander_tries(self) -> bool:
         """By what he does: one that was stopped is there, and does nothing."""
         return os.getppid() == self._commander and self._moves(Writer.CONTROL)
 
@@ -106,6 +116,48 @@ class GoesOnAlone:
 
     def _moves(self, writer: Writer) -> bool:
         return time.monotonic_ns() - self._block.beat_ns(writer) < _LOOKS_NS
+
+
+def stand_by(block: SafeBlock, writer: Writer, alone: GoesOnAlone, path: SecondPath) -> None:
+    """While the one who commands tries, nothing; while he does not, his attempts. Until the device has taken the safe
+    state, this one is released, its time is over, or somebody else drives the rig."""
+    lost_s = 0.0
+    while not (block.released or block.best().safe):
+        block.beat(writer)
+        now_s = time.monotonic()
+        if alone.commander_tries():
+            if lost_s:
+                lost_s = alone.since_s = 0.0
+                _let_go(path)
+                _tell(block, writer, Outcome.UNKNOWN)
+            time.sleep(_LOOK_S)
+            continue
+        lost_s = lost_s or now_s
+        if alone():
+            _tell(block, writer, write_and_look(path))
+            time.sleep(_RETRY_S)
+        elif now_s - lost_s < _HIS_LOOP_S or alone.commander_tries():
+            time.sleep(_LOOK_S)
+        else:
+            break
+    _let_go(path)
+
+
+def _let_go(path: SecondPath) -> None:
+    with contextlib.suppress(Exception):
+        path.close()
+
+
+def _tell(block: SafeBlock, writer: Writer, outcome: Outcome) -> None:
+    report, now_ns = block.report(writer), time.monotonic_ns()
+    block.tell(
+        dataclasses.replace(
+            report,
+            outcome=outcome,
+            written_ns=report.written_ns or (now_ns if outcome >= Outcome.WRITTEN else 0),
+            confirmed_ns=now_ns if outcome is Outcome.SEEN else report.confirmed_ns,
+        )
+    )
 
 
 def _supervisor(
@@ -136,7 +188,7 @@ def _take_measures(rig: RigConfig) -> dict[str, str]:
     return measures.apply(dataclasses.replace(rig.realtime, fifo_priority=wanted, cpu=away_from_the_loop))
 
 
-def _speak(block: SafeBlock, who: Writer) -> None:
+def speak(block: SafeBlock, who: Writer) -> None:
     """For a terminal whose own command can say nothing any more: whoever made safe, and the supervisor if nobody
     did."""
     best = block.best()

@@ -8,8 +8,10 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Final
 
+from rig.errors import RigError
 from rig.realtime.safe_state import Outcome, SafeReport, SecondPath, Writer, write_and_look
 from rig.service.aside import NoThread, StandBy
+from rig.service.session.heir import Heir
 from rig.service.session.session import Session
 
 _AGAIN_S: Final = 0.1
@@ -23,13 +25,16 @@ _LOG = logging.getLogger("pamrig")
 class LeftUnsafe:
     """What the session before left. `begin` when there is no other, `end` before there is one."""
 
-    def __init__(self) -> None:
+    def __init__(self, appoint: Callable[[], Heir | None] = lambda: None) -> None:
+        """`appoint` an heir, who goes on where this process is killed or stopped; None: nothing outlives it."""
         self.report = SafeReport()
         """What is known of the safe state since then."""
         self.owed = False
         """The loop of that session had ticked, and the device did not take the safe state."""
         self._ended = threading.Event()
         self._hands: StandBy | None = None
+        self._appoint = appoint
+        self._heir: Heir | None = None
 
     def take(self, session: Session) -> None:
         """That session has been closed."""
@@ -61,6 +66,7 @@ class LeftUnsafe:
 
     def _try_on(self, make: Callable[[], SecondPath], driver: Callable[[], str]) -> None:
         path = make()
+        self.bequeath()  # of an emergency stop without a session, and of what was safe before
         try:
             while self.owed and not self._ended.is_set():
                 if not driver():
@@ -77,8 +83,32 @@ class LeftUnsafe:
         self.owed = self.owed and not self.report.safe
         return self.report
 
+    def bequeath(self, meanwhile: Callable[[], None] | None = None) -> str:
+        """See that somebody goes on without this process. `meanwhile` is called ten times a second until he is ready;
+        None: he is not waited for. Returns what is to be added to what is told of the rig: nothing."""
+        if self._heir is not None and self._heir.alive:
+            return ""
+        try:
+            if self._heir is not None:
+                self._heir.end()
+            self._heir = self._appoint()
+            if meanwhile is not None and self._heir is not None:
+                self._heir.await_ready(meanwhile)
+        except (RigError, OSError) as error:
+            _LOG.error("nobody would go on to make the rig safe without this process: %s", error)
+        return ""
+
     def end(self) -> str:
-        """Try no more; returns what became of the rig, in words, and nothing where no session has left it so."""
+        """Try no more, and nobody else; returns what became of the rig, in words, and nothing where no session has left
+        it so."""
+        self.pause()
+        heir, self._heir = self._heir, None
+        if heir is not None:
+            heir.end()
+        return self.report.words if self.report.writer else ""
+
+    def pause(self) -> None:
+        """Try no more for now: the rig is being opened. Who would go on without this process stays."""
         self._ended.set()
         hands, self._hands = self._hands, None
         if hands is not None:
@@ -86,4 +116,5 @@ class LeftUnsafe:
             deadline = time.monotonic() + _LET_GO_S
             while hands.busy and time.monotonic() < deadline:
                 time.sleep(_POLL_S)
-        return self.report.words if self.report.writer else ""
+        if self._heir is not None:
+            self._heir.await_quiet()

@@ -24,6 +24,7 @@ from rig.realtime.safe_state import SafeReport, Writer
 from rig.realtime.shared import KEPT_RING, SharedBlock, sweep_stale
 from rig.service.processes import continue_process, start_process
 from rig.service.records.recorder_messages import RunResult
+from rig.service.session.heir import Heir
 from rig.service.session.process_watch import PathMaker, ProcessWatch
 from rig.service.session.recording import Recording
 from rig.service.session.setups import LoopSetup
@@ -51,6 +52,8 @@ class Watching:
     """Who watches; a guardian only where something stays under pressure when the loop is gone."""
     second_path: PathMaker | None
     """This process's own way to the device; None: the plant ends with the loop's process."""
+    heir: Callable[[], Heir] | None = None
+    """Appoints who goes on where this process is lost while it tries without a session; None: nobody."""
 
 
 class Session:

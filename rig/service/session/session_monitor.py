@@ -23,6 +23,7 @@ from rig.rig_config import RigConfig
 from rig.service.aside import aside_or_here
 from rig.service.connections.protocol import Code, Refused
 from rig.service.records.recorder_messages import RunResult, message_of
+from rig.service.session.heir import Heir
 from rig.service.session.last_resort import last_resort
 from rig.service.session.left_unsafe import LeftUnsafe
 from rig.service.session.process_watch import PathMaker, is_final
@@ -70,7 +71,7 @@ class SessionMonitor:
         self.session: Session | None = None
         self._opening: Session | None = None
         """The session that comes to be."""
-        self._left = LeftUnsafe()
+        self._left = LeftUnsafe(self._appoint)
         """By the session before, as long as there is no other."""
         self.telemetry: Telemetry | None = None
         self.results: dict[int, RunResult] = {}
@@ -87,7 +88,7 @@ class SessionMonitor:
         """Start a session. A device that does not answer is a fault like any other: the daemon stays, and says so. One
         for whose opening less `estops` were known than have come begins stopped."""
         parts, session = self._parts, None
-        self._left.end()
+        self._left.pause()
         try:
             session = self._opening = Session(
                 parts.loop, parts.rig, virtual=parts.virtual,
@@ -110,11 +111,17 @@ class SessionMonitor:
             self._break(fault, str(error))
             self._left.begin(self._second_path, parts.driver)
         else:
-            self._left.end()  # an emergency stop may have begun to try on, beside this
-            self.session, self.telemetry, self._left = session, Telemetry(session.ring), LeftUnsafe()
+            left, self._left = self._left, LeftUnsafe(self._appoint)
+            left.pause()  # an emergency stop may have begun to try on, beside this
+            self.session, self.telemetry = session, Telemetry(session.ring)
             self._broken, self._message = Fault.NONE, ""
+            left.end()  # now that the loop, which goes already, hears of this process
         finally:
             self._opening = None
+
+    def _appoint(self) -> Heir | None:
+        watching = self._parts.watching
+        return watching.heir() if watching is not None and watching.heir is not None else None
 
     @property
     def _second_path(self) -> PathMaker | None:
@@ -131,13 +138,14 @@ class SessionMonitor:
         if (coming := self._opening) is not None:
             coming.dismiss_loop()
 
-    def close(self, say: Callable[[str], None] = _LOG.warning) -> str:
+    def close(self, say: Callable[[str], None] = _LOG.warning, *, again: bool = False) -> str:
         """End the session through the safe state; returns what became of the rig, in words. `say` gets a line every
-        few seconds while the recorder is waited for, and the log what is lost of records."""
+        few seconds while the recorder is waited for, and the log what is lost of records. `again`: another is to be
+        opened, and somebody goes on for a rig that is not safe if this process is lost."""
         session, self.session = self.session, None
         if session is None:
             return self._left.end() or "the rig was not open, and nothing was written to it"
-        left = session.close(say)
+        left = session.close(say, (lambda _, attempt: self._left.bequeath(attempt)) if again else None)
         self._left.take(session)
         self.results |= {result.run: result for result in left}
         for result in left:
@@ -149,7 +157,8 @@ class SessionMonitor:
         """A new session for one that is broken; `estops` as they were when it was asked for. The fault stands until
         then, also that of a loop which has gone."""
         self._break(self.fault, self.message)
-        self.close()
+        if self.session is not None:
+            self.close(again=True)
         self.telemetry = None
         self.open(estops)
 

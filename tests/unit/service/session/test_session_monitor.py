@@ -6,6 +6,7 @@ import gc
 import os
 import threading
 import time
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
@@ -204,7 +205,9 @@ def test_a_rig_that_was_left_unsafe_is_made_safe_also_after_a_reset_that_could_n
     failed = SafeReport(Writer.GUARDIAN, outcome=Outcome.FAILED)
     monitor.session = cast(
         Any,
-        SimpleNamespace(watch=None, loop_alive=False, close=lambda _: [], safe=failed, ticked=True, left="", ring=None),
+        SimpleNamespace(
+            watch=None, loop_alive=False, close=lambda *_: [], safe=failed, ticked=True, left="", ring=None
+        ),
     )
     monitor.reopen(0)
     assert monitor.session is None
@@ -221,6 +224,45 @@ def test_a_rig_that_was_left_unsafe_is_made_safe_also_after_a_reset_that_could_n
     assert soon(lambda: monitor.safe is not None and monitor.safe.outcome is Outcome.SEEN)
     assert monitor.close() == "safe state written by the commanding process, seen at the device"
     assert device.closed == 2
+
+
+def test_a_reset_in_vain_leaves_somebody_who_goes_on_without_this_process(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Who watched the session was released, and nobody was left when the daemon was killed while it tried."""
+    told: list[str] = []
+    heir = SimpleNamespace(
+        alive=True,
+        await_ready=lambda _: told.append("ready"),
+        await_quiet=lambda: told.append("quiet"),
+        end=lambda: told.append("ended"),
+    )
+
+    def appoint() -> Any:
+        told.append("appointed")
+        return heir
+
+    def close(_: object, insist: Callable[..., str] | None = None) -> list[object]:
+        if insist is not None:
+            insist(lambda: False, lambda: None)
+        told.append("watchers released")
+        return []
+
+    def opens(*_: object, **__: object) -> None:
+        told.append("opens")
+        raise DeviceError("no answer")
+
+    path = SecondPath(lambda: opens(), lambda: False)
+    monkeypatch.setattr("rig.service.session.session_monitor.Session", opens)
+    watching = Watching(cast(Any, None), (), lambda: path, appoint)
+    monitor = SessionMonitor(replace(parts_of(load(None)), watching=watching, driver=lambda: "another"))
+    failed = SafeReport(Writer.GUARDIAN, outcome=Outcome.FAILED)
+    monitor.session = cast(
+        Any, SimpleNamespace(watch=None, loop_alive=False, close=close, safe=failed, ticked=True, left="", ring=None)
+    )
+    monitor.reopen(0)
+    assert told == ["appointed", "ready", "watchers released", "quiet", "opens"]
+    monitor.reopen(0)
+    monitor.close()
+    assert told[5:] == ["quiet", "opens", "quiet", "ended"]
 
 
 def asked_meanwhile(device: SimpleNamespace) -> bool:
@@ -295,7 +337,7 @@ def test_a_safe_state_that_was_seen_is_doubted_once_the_device_does_not_open(mon
     seen = SafeReport(Writer.LOOP, outcome=Outcome.SEEN, written_ns=1, confirmed_ns=1)
     monitor.session = cast(
         Any,
-        SimpleNamespace(watch=None, loop_alive=False, close=lambda _: [], safe=seen, ticked=True, left="", ring=None),
+        SimpleNamespace(watch=None, loop_alive=False, close=lambda *_: [], safe=seen, ticked=True, left="", ring=None),
     )
     monitor.reopen(0)
     assert monitor.safe is not None
