@@ -35,7 +35,11 @@ class Heir:
             self._beats.end()
             raise
         self._beats.begin(self._beat)
-        self._watchers.start(entry, os.getpid(), (Writer.GUARDIAN,))
+        try:
+            self._watchers.start(entry, os.getpid(), (Writer.GUARDIAN,))
+        except BaseException:
+            self.end()
+            raise
 
     def await_ready(self, meanwhile: Callable[[], None]) -> None:
         """Until it stands by; RigError when it does not come so far. `meanwhile` is called ten times a second."""
