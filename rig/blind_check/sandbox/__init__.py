@@ -3,11 +3,12 @@ nothing else.
 
 Four layers, each of which holds by itself what it can:
 
-    namespaces   a file tree that contains nothing but the given places, and a network without any interface (mount,
-    user, network) landlock     the kernel refuses files beyond the given places, other processes, outgoing TCP (Linux
-    5.13 and later) seccomp      the kernel refuses sockets of any kind, signals, reading other processes' memory, and
-    undoing the other layers audit        the interpreter says the same in Python; alone it stops accidents, not
-    attackers
+    namespaces   a file tree that contains nothing but the given places, and a network without any interface
+                 (mount, user, network)
+    landlock     the kernel refuses files beyond the given places, other processes, outgoing TCP (Linux 5.13 and later)
+    seccomp      the kernel refuses sockets of any kind, signals, reading other processes' memory, changing their
+                 limits, leaving marks for the next answer, and undoing the other layers
+    audit        the interpreter says the same in Python; alone it stops accidents, not attackers
 
 Whatever a kernel or a container does not offer is left out; `enter` returns the layers that stand, and the result says
 which were missing. Nothing of it can be undone from inside. Call it before any thread starts.

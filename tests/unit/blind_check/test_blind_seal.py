@@ -33,6 +33,11 @@ if shut_in:
     layers = sandbox.enter([root / "questions" / "a"], [root / "answers"])
 libc = ctypes.CDLL(None, use_errno=True)
 TGKILL = {"x86_64": 234, "aarch64": 131}[os.uname().machine]
+MSGGET = {"x86_64": 68, "aarch64": 186}[os.uname().machine]
+TIOCSTI = 0x5412
+import resource
+os.sched_setaffinity(0, os.sched_getaffinity(0))
+resource.setrlimit(resource.RLIMIT_NOFILE, resource.getrlimit(resource.RLIMIT_NOFILE))
 def outcome(action):
     try:
         return bool(action() or True)
@@ -47,6 +52,9 @@ def reached(family, kind, place):
         address = socket_address(family, place)
         by_the_c_library(libc.connect(door.fileno(), address, len(address)))
         by_the_c_library(libc.send(door.fileno(), b"x", 1, 0))
+def marked(path):
+    os.setxattr(path, "user.planted_by_the_probe", b"x")
+    os.removexattr(path, "user.planted_by_the_probe")
 def socket_address(family, place):
     if family == socket.AF_UNIX:
         return family.to_bytes(2, sys.byteorder) + os.fsencode(place) + bytes(1)
@@ -68,6 +76,13 @@ print(json.dumps([layers, {
     "unix socket": outcome(lambda: reached(socket.AF_UNIX, socket.SOCK_STREAM, root / "door")),
     "datagram": outcome(lambda: reached(socket.AF_INET, socket.SOCK_DGRAM, int(sys.argv[3]))),
     "signal": outcome(lambda: by_the_c_library(libc.kill(os.getppid(), 0))),
+    "message for the next": outcome(lambda: by_the_c_library(libc.syscall(MSGGET, 0, 0o600))),
+    "mark at the question": outcome(lambda: os.chmod(root / "questions" / "a", 0o755)),
+    "time of the question": outcome(lambda: os.utime(root / "questions" / "a", (1, 1))),
+    "mark at the program": outcome(lambda: marked(rig.__file__)),
+    "limit of another": outcome(lambda: resource.prlimit(os.getppid(), resource.RLIMIT_CPU)),
+    "place of another": outcome(lambda: os.sched_setaffinity(os.getppid(), os.sched_getaffinity(0))),
+    "rank of another": outcome(lambda: os.setpriority(os.PRIO_PROCESS, os.getppid(), os.getpriority(0, os.getppid()))),
     "signal to a thread": outcome(lambda: by_the_c_library(libc.syscall(TGKILL, os.getppid(), os.getppid(), 0))),
 }]))
 """
@@ -76,6 +91,9 @@ GUARDED_BY = {
     "generator": "audit",
     "libc": "landlock", "overwrite": "landlock", "plant": "landlock", "unix socket": "seccomp", "datagram": "seccomp",
     "signal": "seccomp", "signal to a thread": "seccomp",
+    "message for the next": "seccomp", "mark at the question": "seccomp", "time of the question": "seccomp",
+    "mark at the program": "seccomp", "limit of another": "seccomp", "place of another": "seccomp",
+    "rank of another": "seccomp",
     "size of the labels": "namespaces",
 }  # fmt: skip
 """What the probe tries -> the layer that must stand for it to fail."""
