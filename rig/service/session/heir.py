@@ -65,11 +65,15 @@ class Heir:
             self._watchers.block.beat(Writer.CONTROL)
             self._ended.wait(_BEAT_S)
 
-    def end(self) -> None:
+    def release(self) -> None:
         """There is nothing to inherit any more."""
+        self._watchers.block.release()
+
+    def end(self) -> None:
+        """The same, and its end."""
         self._ended.set()
         self._beats.end()
-        self._watchers.block.release()
+        self.release()
         self._watchers.wake()
         self._watchers.end()
         self._ring.block.unlink()

@@ -36,6 +36,11 @@ class LeftUnsafe:
         self._appoint = appoint
         self._heir: Heir | None = None
 
+    def begin_with(self, session: Session) -> None:
+        """That session is being closed, by whoever has told of the rig so far."""
+        if session.watch is not None:
+            self.report = session.watch.safe
+
     def take(self, session: Session) -> None:
         """That session has been closed."""
         if session.ticked:
@@ -72,6 +77,8 @@ class LeftUnsafe:
                 if not driver():
                     self.tell(write_and_look(path))
                 self._ended.wait(_AGAIN_S)
+            if not self.owed and self._heir is not None:
+                self._heir.release()
         finally:
             path.close()
 

@@ -139,12 +139,12 @@ class SessionMonitor:
             coming.dismiss_loop()
 
     def close(self, say: Callable[[str], None] = _LOG.warning, *, again: bool = False) -> str:
-        """End the session through the safe state; returns what became of the rig, in words. `say` gets a line every
-        few seconds while the recorder is waited for, and the log what is lost of records. `again`: another is to be
-        opened, and somebody goes on for a rig that is not safe if this process is lost."""
+        """End the session through the safe state; returns what became of the rig. `say` gets a line every few seconds
+        while the recorder is waited for, the log what is lost of records. `again`: another is to be opened."""
         session, self.session = self.session, None
         if session is None:
             return self._left.end() or "the rig was not open, and nothing was written to it"
+        self._left.begin_with(session)  # what is known until it has ended
         left = session.close(say, (lambda _, attempt: self._left.bequeath(attempt)) if again else None)
         self._left.take(session)
         self.results |= {result.run: result for result in left}

@@ -233,6 +233,7 @@ def test_a_reset_in_vain_leaves_somebody_who_goes_on_without_this_process(monkey
         alive=True,
         await_ready=lambda _: told.append("ready"),
         await_quiet=lambda: told.append("quiet"),
+        release=lambda: None,
         end=lambda: told.append("ended"),
     )
 
@@ -263,6 +264,28 @@ def test_a_reset_in_vain_leaves_somebody_who_goes_on_without_this_process(monkey
     monitor.reopen(0)
     monitor.close()
     assert told[5:] == ["quiet", "opens", "quiet", "ended"]
+
+
+def test_while_a_session_is_closed_for_a_reset_its_own_words_stand(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The status said that the device could not be opened and that nobody wrote to it, while its supervisor did."""
+    failed, said = SafeReport(Writer.SUPERVISOR, outcome=Outcome.FAILED), list[str]()
+    monkeypatch.setattr("rig.service.session.session_monitor.Session", no_answer)
+    path = SecondPath(lambda: no_answer(), lambda: False)
+    watching = Watching(cast(Any, None), (), lambda: path)
+    monitor = SessionMonitor(replace(parts_of(load(None)), watching=watching, driver=lambda: ""))
+
+    def close(*_: object) -> list[object]:
+        said.append(monitor.safe.words if monitor.safe is not None else "")
+        return []
+
+    watch = SimpleNamespace(safe=failed, how_it_ended=lambda: "")
+    monitor.session = cast(
+        Any,
+        SimpleNamespace(watch=watch, loop_alive=False, close=close, safe=failed, ticked=True, left="", ring=None),
+    )
+    monitor.reopen(0)
+    monitor.close()
+    assert said == [failed.words]
 
 
 def asked_meanwhile(device: SimpleNamespace) -> bool:
