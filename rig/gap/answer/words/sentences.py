@@ -26,7 +26,7 @@ from rig.gap.answer.words.compared import (
 from rig.gap.answer.words.on_any_rig import on_the_rig
 from rig.gap.answer.words.on_the_rig import ON_THE_RIG, OnTheRig, noun_of
 from rig.gap.answer.words.sizes import degrees, percent, size
-from rig.gap.answer.words.sureness import how_sure
+from rig.gap.answer.words.sureness import how_sure, likelier
 from rig.gap.hypotheses.inverse_problems import ANGLE, PRESSURES
 from rig.gap.plan.experiment import Experiment
 from rig.gap.possible_effects import VALVES
@@ -88,7 +88,9 @@ def headline(diagnosis: Diagnosis) -> list[str]:
     for cause in named:  # what looks like it stands right behind it: a cause behind that would be meant
         said += [f"{_sentence(cause, diagnosis)}{_rest(diagnosis) if cause is named[-1] else ''}.", _alike(cause)]
     if diagnosis.confidence < EVEN_CHANCE:
-        said[0] = f"Likeliest, but not sure ({percent(diagnosis.confidence)}): {said[0][:1].lower()}{said[0][1:]}"
+        sure, first = percent(diagnosis.confidence), f"{said[0][:1].lower()}{said[0][1:]}"
+        more = likelier(diagnosis)
+        said[0] = f"Not sure ({sure}; {more}): {first}" if more else f"Likeliest, but not sure ({sure}): {first}"
     return [text for text in (*said, _how_far(diagnosis)) if text]
 
 
@@ -314,7 +316,8 @@ def _where(diagnosis: Diagnosis) -> str:
     """The stages at which something was found, the one with the largest share of the gap first."""
     found = sorted((one for one in diagnosis.where.chain if one.effects), key=lambda one: -one.share)
     text = " and ".join(LIES_IN[stage_name(one.stage, diagnosis.channels)] for one in found)
-    return f"{text or 'somewhere in the chain'}{_pressures(diagnosis)}."
+    doubt = ", if the answer is right" if diagnosis.confidence < EVEN_CHANCE else ""
+    return f"{text or 'somewhere in the chain'}{doubt}{_pressures(diagnosis)}."
 
 
 def _pressures(diagnosis: Diagnosis) -> str:

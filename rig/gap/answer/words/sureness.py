@@ -20,12 +20,28 @@ def how_sure(diagnosis: Diagnosis) -> str:
     return f"{said}{_otherwise(diagnosis)}."
 
 
+def likelier(diagnosis: Diagnosis) -> str:
+    """What is more probable than the whole answer, and how probable, for its first line; empty where nothing is."""
+    what, chance = _rival(diagnosis)
+    if diagnosis.confidence > EVEN_CHANCE or chance <= diagnosis.confidence:
+        return ""
+    return f"{percent(chance)} are for {what}"
+
+
 def _otherwise(diagnosis: Diagnosis) -> str:
-    """What most of the rest is given to where the answer is not sure: another hypothesis, or what a note says. Of a
-    rival it is how probable it is in place of what the answer says of its factor, with all else as the answer has it:
-    so that the two can be added up."""
+    """What most of the rest is given to where the answer is not sure, or that the notes say it."""
     if diagnosis.confidence > SURE:
         return ""
+    what, chance = _rival(diagnosis)
+    if chance >= WORTH * (1.0 - diagnosis.confidence):
+        return f"; {percent(chance)} are for {what}"
+    return "; the notes say what it may be otherwise" if diagnosis.notes else ""
+
+
+def _rival(diagnosis: Diagnosis) -> tuple[str, float]:
+    """The most probable of what the answer does not say: another hypothesis, or something unknown beside it. It is how
+    probable it is in place of what the answer says of its factor, with all else as the answer has it: so that the two
+    can be added up."""
     rivals = [
         (
             {NONE: _nothing(diagnosis, factor), UNKNOWN: "something unknown"}.get(name, noun_of(name)),
@@ -40,11 +56,7 @@ def _otherwise(diagnosis: Diagnosis) -> str:
         for factor, one in diagnosis.evidence.factors.items()
         if one.unknown_beside < EVEN_CHANCE and UNKNOWN not in _answered(diagnosis, factor)
     ]
-    what, chance = max(rivals, key=lambda rival: rival[1], default=("", 0.0))
-    rest = 1.0 - diagnosis.confidence
-    if chance >= WORTH * rest:
-        return f"; {percent(chance)} are for {what}"
-    return "; the notes say what it may be otherwise" if diagnosis.notes else ""
+    return max(rivals, key=lambda rival: rival[1], default=("", 0.0))
 
 
 def _instead(diagnosis: Diagnosis, factor: Judged, chance: float) -> float:

@@ -44,6 +44,24 @@ def test_what_is_answered_is_no_rival_of_itself() -> None:
     assert answers(made)["How sure:"].endswith("(verdict: explained); 32 % are for nothing at all.")
 
 
+def test_the_first_line_calls_nothing_likeliest_that_has_a_likelier_rival() -> None:
+    gain = cause("sensor_gain", "angle", gain=(0.01, 0.005, 0.015, "1"))
+
+    def said(nothing: float) -> dict[str, str]:
+        chances = {"none": nothing, "sensor_gain": 0.31, "stiffness": 0.69 - nothing}
+        seen = Evidence({"angle": Judged(0.1, 0.1, "deg", True, chances, [], 0.0, {}, 0.31)})
+        return answers(replace(told(gain), confidence=0.31, evidence=seen))
+
+    assert said(0.39)["Answer:"].startswith("Not sure (31 %; 39 % are for nothing at all): the ")
+    assert said(0.3)["Answer:"].startswith("Not sure (31 %; 39 % are for another stiffness or loop gain")
+    chances = {"none": 0.3, "sensor_gain": 0.31, "stiffness": 0.2, "creep": 0.19}
+    least = Evidence({"angle": Judged(0.1, 0.1, "deg", True, chances, [], 0.0, {}, 0.31)})
+    first = answers(replace(told(gain), confidence=0.31, evidence=least))
+    assert first["Answer:"].startswith("Likeliest, but not sure (31 %): the ")
+    assert first["Where:"].endswith(", if the answer is right.")
+    assert "if the answer is right" not in answers(told(gain))["Where:"]
+
+
 def test_what_a_rival_is_given_is_no_more_than_what_is_left() -> None:
     """Half for something unknown that has no probability of its own: the angle's 0.93 for nothing stood there."""
     seen = Evidence({
