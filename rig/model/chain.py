@@ -97,7 +97,7 @@ def place_external(muscle: MuscleModel) -> Placed:
 def stage_of(added: AddedEffect) -> EffectStage:
     """How an added effect enters the chain; ModelError for one that nobody knows."""
     if added.effect not in EFFECT_STAGES:
-        raise ModelError(f"unknown 'effect {added.effect}'; {suggest(added.effect, list(EFFECT_STAGES))}")
+        raise ModelError(f"unknown effect {added.effect!r}; {suggest(added.effect, list(EFFECT_STAGES))}")
     return EFFECT_STAGES[added.effect]
 
 

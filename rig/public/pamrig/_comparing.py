@@ -2,13 +2,13 @@
 
 from typing import Any
 
-from pamrig._picture import Picture, html_table, shown
+from pamrig._picture import Picture, Table, Tabled, shown
 from pamrig._places import Logs, records_of
 from rig.errors import CheckFailed
 from rig.log import compare as log_compare
 
 
-class Comparison:
+class Comparison(Tabled):
     """Records A and B, pair by pair: aligned by their commands, B minus A.
 
     >>> found = pamrig.compare("first", "first")
@@ -60,7 +60,7 @@ class Comparison:
 
         return Picture(pair_figure(max(self.pairs, key=lambda pair: pair.angle.rms)))
 
-    def _repr_html_(self) -> str:
+    def _table(self) -> Table:
         own = self._comparison.channels
         off = {pair.name: pair.angle.times(own.output_per_deg) for pair in self.pairs}
         rows = [
@@ -68,7 +68,7 @@ class Comparison:
             for pair in self.pairs
         ]
         unit = own.output.unit
-        return html_table(("record", "shift [s]", f"RMS [{unit}]", f"max [{unit}]", f"mean [{unit}]"), rows)
+        return Table(("record", "shift [s]", f"RMS [{unit}]", f"max [{unit}]", f"mean [{unit}]"), rows)
 
 
 def compare(a: Logs, b: Logs) -> Comparison:

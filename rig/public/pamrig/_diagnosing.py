@@ -5,8 +5,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
-from pamrig._models import _model, save_model
-from pamrig._picture import Picture, html_table
+from pamrig._models import Identified, _model, save_model
+from pamrig._picture import Picture, Table, Tabled
 from pamrig._places import Logs, place_of, records_of
 from rig.app.gap.baselines import EarlierDay, agreeing, check_apart, read_days
 from rig.app.gap.effects import check_effects
@@ -26,7 +26,7 @@ _LOG = logging.getLogger("pamrig")
 Reference = Literal["auto", "sessions", "session", "fingerprint", "simulator"]
 
 
-class Diagnosis:
+class Diagnosis(Tabled):
     """Where the gap lies, which effects cause it, how far it shrinks with them.
 
     >>> said = pamrig.diagnose("simulated", "worn")
@@ -84,12 +84,12 @@ class Diagnosis:
             raise ModelError(f"{wanted} needs a simulator: give diagnose a model")
         return self._model
 
-    def _repr_html_(self) -> str:
-        return html_table(("", ""), self.answers.items())
+    def _table(self) -> Table:
+        return Table(("", ""), [*self.answers.items()])
 
 
 def diagnose(
-    model: Model | str | Path | None,
+    model: Model | Identified | str | Path | None,
     logs: Logs,
     baselines: Iterable[Logs] = (),
     *,

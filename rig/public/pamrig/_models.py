@@ -6,7 +6,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from pamrig._picture import Picture, html_table, shown
+from pamrig._picture import Picture, Table, Tabled, shown
 from pamrig._places import Logs, place_of, plain, records_of, require_one_of, sweep_file
 from pamrig._records import Records
 from rig.app.model import simulating
@@ -38,18 +38,23 @@ def load_model(place: str | Path) -> Model:
     return parameters.load_model(find_config(place_of(place, "model"), "models"))
 
 
-def save_model(model: Model, place: str | Path) -> None:
+def save_model(model: "Model | Identified", place: str | Path) -> None:
     """Write a simulator as YAML; a file that is no model is never overwritten.
 
     >>> pamrig.save_model(pamrig.load_model("simulated"), "mine.yaml")
     """
+    if isinstance(model, Identified):
+        model = model.model
     if not isinstance(model, Model):
         raise ModelError(f"save_model: expected a Model, got {model!r:.60}; load_model reads one")
     parameters.save_model(model, place_of(place, "save_model"))
 
 
 def simulate(
-    model: Model | str | Path, commands: Logs | dict[str, Any], *, drive: Literal["command", "pressure"] = "command"
+    model: "Model | Identified | str | Path",
+    commands: Logs | dict[str, Any],
+    *,
+    drive: Literal["command", "pressure"] = "command",
 ) -> Records:
     """What a simulator says under commands: records with angle and, where it has regulators, pressures.
 
@@ -75,7 +80,7 @@ def simulate(
     )
 
 
-class Identified:
+class Identified(Tabled):
     """A simulator fitted to records, and how well: `model`, `rmse_deg`, `parameters`.
 
     >>> found = pamrig.identify("first", seeds=1, iterations=50, particles=20, bounded=False)
@@ -115,14 +120,14 @@ class Identified:
         """The record that it follows least."""
         return _worst(self.model, self._records, self._found.scores, self._options)
 
-    def _repr_html_(self) -> str:
+    def _table(self) -> Table:
         rows = [
             (name, shown(each.value, 5), shown(each.std), each.unit, "at its bound" if each.at_bound else "")
             for name, each in self.parameters.items()
             if each.free
         ]
         said = own_text(f"RMSE {self.rmse_deg:.3g} deg", self.model.own_channels)
-        return html_table(("parameter", "value", "std", "unit", ""), rows, said)
+        return Table(("parameter", "value", "std", "unit", ""), rows, said)
 
 
 def identify(
@@ -168,7 +173,7 @@ def identify(
     return Identified(found, records, options)
 
 
-class Validation:
+class Validation(Tabled):
     """How well a simulator predicts records (Table IV), and whether it stays bounded.
 
     >>> pamrig.validate("simulated", "first").scores[0].rmse_deg < 3.0
@@ -197,12 +202,12 @@ class Validation:
         """The record with the largest error: measured, simulated, their difference, both loops."""
         return _worst(self._model, self._records, self.scores, self._options)
 
-    def _repr_html_(self) -> str:
+    def _table(self) -> Table:
         own = self._model.own_channels
         by = own.output_per_deg
         rows = [(Path(row.log).name, *map(shown, _own_score(row, by))) for row in self.scores]
         head = ("record", "RMSE [deg]", "NRMSE", "fit [%]", "max [deg]", "RMSE from the command [deg]")
-        return html_table(
+        return Table(
             [own_text(name, own) for name in head],
             rows,
             "bounded" if self.bounded else "NOT bounded over the sweep range",
@@ -210,7 +215,11 @@ class Validation:
 
 
 def validate(
-    model: Model | str | Path, logs: Logs, *, sweep_hz: tuple[float, float] = (0.2, 0.8), resample: bool = False
+    model: Model | Identified | str | Path,
+    logs: Logs,
+    *,
+    sweep_hz: tuple[float, float] = (0.2, 0.8),
+    resample: bool = False,
 ) -> Validation:
     """Score a simulator on records that it was not fitted to, driven as it was identified.
 
@@ -235,7 +244,9 @@ def _sweep(sweep_hz: tuple[float, float], records: list[Record]) -> SweepRange:
     return sweep_range(low_hz, high_hz, None, records)
 
 
-def _model(model: Model | str | Path) -> Model:
+def _model(model: Model | Identified | str | Path) -> Model:
+    if isinstance(model, Identified):
+        return model.model
     return model if isinstance(model, Model) else load_model(model)
 
 

@@ -6,7 +6,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
-from rig.errors import ConfigError, RecordError
+from rig.errors import ConfigError, EnvelopeError, RecordError
 from rig.outputs import file_name
 from rig.record import Record
 
@@ -65,7 +65,10 @@ def sweep_file(sweep: str | Path | dict[str, Any]) -> Iterator[Path]:
         except yaml.YAMLError as error:
             raise ConfigError(f"sweep: {' '.join(map(str, error.args))}") from None
         path.write_text(text, encoding="utf-8")
-        yield path
+        try:
+            yield path
+        except (ConfigError, EnvelopeError) as error:  # whoever gave a mapping knows nothing of a file
+            raise type(error)(str(error).replace(f"{path}: ", "sweep: ")) from None
 
 
 def _whole(file: Any) -> Any:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import rig.record
-from pamrig._picture import Picture, html_table, shown
+from pamrig._picture import Picture, Table, shown
 from pamrig._places import place_of, require_one_of
 from rig.counted import counted
 from rig.errors import RecordError
@@ -97,8 +97,14 @@ class Record(rig.record.Record):
             for name, column in self.own_columns().items()
             if name not in self.extra and np.isfinite(column).any()
         ]
-        title = f"{self.name}: {counted(len(self), 'row')}, every {1e3 * self.period_s:.3g} ms"
-        return html_table(("column", "lowest", "highest"), rows, title)
+        return Table(("column", "lowest", "highest"), rows, self._title()).to_html()
+
+    def __repr__(self) -> str:
+        return f"Record({self._title()}: {', '.join(self.own_columns())})"
+
+    def _title(self) -> str:
+        every = f", every {1e3 * self.period_s:.3g} ms" if len(self) > 1 else ""
+        return f"{self.name}: {counted(len(self), 'row')}{every}"
 
 
 class Records(Sequence[Record]):
@@ -131,7 +137,7 @@ class Records(Sequence[Record]):
         rows = [
             (record.facts.get("session", ""), record.name, len(record), shown(float(record.t_s[-1]))) for record in self
         ]
-        return html_table(("session", "record", "rows", "seconds"), rows)
+        return Table(("session", "record", "rows", "seconds"), rows).to_html()
 
 
 def read(*places: str | Path, phases: Literal["sweep", "all"] = "sweep") -> Records:

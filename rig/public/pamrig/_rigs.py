@@ -5,7 +5,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Literal, get_args
 
-from pamrig._picture import Picture, html_table, shown
+from pamrig._picture import Picture, Table, Tabled, shown
 from pamrig._places import place_of, plain, require_one_of, sweep_file
 from pamrig._records import Record, Records, read
 from rig.app import compose, shipped
@@ -14,7 +14,7 @@ from rig.app.runs.outcome import RunOutcome
 from rig.app.runs.sweeping import SweepOptions, run_sweep
 from rig.config import structure, unstructure
 from rig.errors import ConfigError
-from rig.model.chain import place_effect
+from rig.model.chain import place_effect, stage_of
 from rig.model.parameters import AddedEffect
 from rig.rig_config import RigConfig
 
@@ -35,6 +35,12 @@ class Rig:
     def simulated(self) -> bool:
         """Nothing real moves."""
         return compose.is_simulated(self.config)
+
+    def __repr__(self) -> str:
+        added = [effect.effect for effect in self.options.get("effects", ())]
+        said = [self.config.name, f"{self.config.period_ns / 1e6:g} ms", "simulated" if self.simulated else "real"]
+        said += [f"seed {self.seed}"] if self.seed is not None else []
+        return f"Rig({', '.join(said)}{', with ' + ', '.join(added) if added else ''})"
 
 
 def load_rig(place: str | Path) -> Rig:
@@ -74,14 +80,21 @@ def simulated_rig(
 def _added(effects: Effects) -> list[AddedEffect]:
     if not isinstance(effects, Mapping):
         raise ConfigError(f"effects: expected a mapping of effects to their numbers, got {effects!r:.60}")
-    named = [{"effect": name, "parameters": plain(numbers)} for name, numbers in effects.items()]
-    added = structure(named, list[AddedEffect], "effects")
-    for effect in added:
-        place_effect(effect, {})
+    return [_one_added(name, plain(numbers)) for name, numbers in effects.items()]
+
+
+def _one_added(name: str, numbers: Any) -> AddedEffect:
+    """One effect with its numbers; ModelError or ConfigError says which effect it is."""
+    where = f"effects: {name}"
+    size = stage_of(AddedEffect(name, {})).size
+    if not isinstance(numbers, Mapping):
+        raise ConfigError(f"{where}: expected a mapping of its numbers, {size!r} among them, got {numbers!r:.60}")
+    added = structure({"effect": name, "parameters": numbers}, AddedEffect, where)
+    place_effect(added, {})
     return added
 
 
-class Runs:
+class Runs(Tabled):
     """What came of runs: their files, whether they are valid, and their records.
 
     >>> runs = pamrig.run("quick", pamrig.simulated_rig(seed=7), out="other")
@@ -119,12 +132,12 @@ class Runs:
         """The records."""
         return self.records.plot()
 
-    def _repr_html_(self) -> str:
+    def _table(self) -> Table:
         rows = [
             (run.file.stem, run.ticks, run.missed, run.dropped, shown(run.lateness_us.get("p99")), run.valid)
             for run in self._outcome.runs
         ]
-        return html_table(("record", "ticks", "missed", "dropped", "late p99 [us]", "valid"), rows)
+        return Table(("record", "ticks", "missed", "dropped", "late p99 [us]", "valid"), rows)
 
 
 def run(
@@ -158,7 +171,7 @@ def run(
     return runs
 
 
-class Replay:
+class Replay(Tabled):
     """Recorded commands once more: what came of them beside the recording.
 
     >>> (again,) = pamrig.replay("first", out="again")
@@ -190,11 +203,11 @@ class Replay:
 
         return Picture(replay_figure(self.file.stem, self._done.beside, self._done.channels))
 
-    def _repr_html_(self) -> str:
+    def _table(self) -> Table:
         own = self._done.channels
         numbers = [shown(own.output_per_deg * deg) for deg in (self.rmse_deg, self.max_deg)]
         head = ("replay", f"RMSE [{own.output.unit}]", f"max [{own.output.unit}]")
-        return html_table(head, [(self.file.stem, *numbers)])
+        return Table(head, [(self.file.stem, *numbers)])
 
 
 def replay(

@@ -160,5 +160,5 @@ def test_rigs_of_another_physics_settle_healthy_or_changed(
 
 
 def test_a_model_with_an_effect_that_nobody_knows_is_told_in_words(model: Model) -> None:
-    with pytest.raises(ModelError, match="unknown 'effect backlahs'; did you mean 'backlash'"):
+    with pytest.raises(ModelError, match="unknown effect 'backlahs'; did you mean 'backlash'"):
         plant_of(replace(model, effects=[AddedEffect("backlahs", {"width_deg": 1.0})]), 0.2, 5_000_000)

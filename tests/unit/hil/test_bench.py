@@ -165,5 +165,5 @@ def test_counts_follow_what_is_read() -> None:
 
 
 def test_an_effect_that_nobody_knows_is_told_in_words() -> None:
-    with pytest.raises(ModelError, match="unknown 'effect backlahs'; did you mean 'backlash'"):
+    with pytest.raises(ModelError, match="unknown effect 'backlahs'; did you mean 'backlash'"):
         with_effect("backlahs", width_deg=1.0)

@@ -73,6 +73,13 @@ WRONG: list[tuple[Callable[[], Any], type[Exception], str]] = [
     (lambda: pamrig.simulated_rig(seed=-1), pamrig.ConfigError, "seed: -1 is outside"),
     (lambda: pamrig.simulated_rig(drift=-1.0), pamrig.ConfigError, "drift: -1 1 is outside 0 .. 0.1"),
     (lambda: pamrig.simulated_rig({"delay": {"delay_s": "a"}}), pamrig.ConfigError, "delay_s: expected a number"),
+    (
+        lambda: pamrig.simulated_rig({"valve_lag": 0.01}),
+        pamrig.ConfigError,
+        "effects: valve_lag: expected a mapping of its numbers, 'tau_s' among them, got 0.01",
+    ),
+    (lambda: pamrig.simulated_rig({"lag": 0.01}), pamrig.ModelError, "unknown effect 'lag'"),
+    (lambda: pamrig.run({"records": [{"sine": {}}]}), pamrig.ConfigError, r"^sweep: records\[0\].sine: the key"),
     (lambda: pamrig.simulated_rig(["delay"]), pamrig.ConfigError, "effects: expected a mapping"),
     (lambda: pamrig.run(SWEEP, clock="vitual"), pamrig.ConfigError, "clock: 'vitual' is unknown; allowed: real, virt"),
     (lambda: pamrig.run(SWEEP, out=3), pamrig.ConfigError, "out: expected a path as text or Path, got 3"),

@@ -40,6 +40,7 @@ def test_a_result_shows_itself_and_draws_itself() -> None:
     for name in RESULTS:
         kind = getattr(pamrig, name)
         assert callable(kind._repr_html_), name
+        assert kind.__repr__ is not object.__repr__, name
         assert callable(kind.plot), name
 
 
