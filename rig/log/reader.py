@@ -212,16 +212,18 @@ def record_from_columns(columns: Mapping[str, Array], facts: Mapping[str, Any], 
     return Record(name=name, t_s=time - time[0], extra=extra, facts=given, source=path, **measured)
 
 
+_MAPS = "`pamrig log import FILE --mapping MAPPING.yaml` takes other names and units, and --guess proposes a mapping"
+
+
 def require_columns(names: list[str], path: Path) -> None:
     """RecordError when the time, or the command, is not among the columns."""
     shown = ", ".join(names[:12])
     if "t_s" not in names:
         other = "; another separator?" if len(names) == 1 and re.search(r"[;\t]", shown) else ""
-        raise RecordError(f"{path}: no column t_s; it has {shown[:200]!r}{other} (`pamrig log import` takes a mapping)")
+        raise RecordError(f"{path}: no column t_s; it has {shown[:200]!r}{other}; {_MAPS}")
     if "dp_cmd_mpa" not in names and not {"p1_cmd_mpa", "p2_cmd_mpa"} <= set(names):
         raise RecordError(
-            f"{path}: no column dp_cmd_mpa, nor p1_cmd_mpa and p2_cmd_mpa; it has {shown[:200]} (`pamrig log import` "
-            "takes a mapping)"
+            f"{path}: no column dp_cmd_mpa, nor p1_cmd_mpa and p2_cmd_mpa; it has {shown[:200]}; {_MAPS}"
         )
 
 

@@ -1,5 +1,6 @@
 """What the commands about logs do between their arguments and rig.log: finding files, describing, choosing a way in."""
 
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from datetime import UTC, datetime
@@ -129,6 +130,7 @@ def _describe_record(record: Record) -> dict[str, Any]:
 
 def import_content(path: Path, mapping_path: Path | None) -> tuple[LogContent, list[str]]:
     """A foreign file as a log, and the columns that found no place in it. RecordError for anything ambiguous."""
+    _require_file(path)
     unused: list[str] = []
     if mapping_path is None:
         if path.suffix.lower() in (".parquet", ".mat") or kind_of(path) is FileKind.TEXT:
@@ -173,6 +175,14 @@ def imports(files: Sequence[Path], mapping_path: Path | None, out: Path | None) 
         yield Imported(file, target, *import_content(file, mapping_path))
 
 
+def _require_file(path: Path) -> None:
+    """RecordError for a folder, which may hold tables of other shapes and notes beside those that are meant."""
+    if path.is_dir():
+        suffixes = Counter(file.suffix for file in path.iterdir() if file.suffix and file.is_file())
+        suffix = suffixes.most_common(1)[0][0] if suffixes else ".csv"
+        raise RecordError(f"{path}: a folder; name its files, as in {path}/*{suffix}")
+
+
 def _import_by(mapping: ColumnMapping, path: Path) -> tuple[Record, list[str]]:
     """The table at `path` as a record, and the columns that the mapping has no use for."""
     raw = raw_table(path, mapping)
@@ -182,6 +192,7 @@ def _import_by(mapping: ColumnMapping, path: Path) -> tuple[Record, list[str]]:
 
 def proposed_mapping(path: Path) -> tuple[Guess, str]:
     """What a mapping for FILE may be, and its YAML, by which FILE can be imported; RecordError when there is none."""
+    _require_file(path)
     found = guess(path)
     text = yaml.safe_dump(found.mapping, sort_keys=False, allow_unicode=True, default_flow_style=None, width=110)
     _import_by(mapping_of(yaml.safe_load(text), path), path)

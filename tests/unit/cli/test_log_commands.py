@@ -132,6 +132,25 @@ def test_a_folder_of_files_is_imported_by_one_call_or_not_at_all(call, tmp_path:
     assert (status, "c.csv: no column dp_cmd_mpa" in err, (tmp_path / "next").exists()) == (2, True, False)
 
 
+def test_a_folder_is_refused_with_the_call_that_takes_its_files(call, tmp_path: Path) -> None:
+    raw = tmp_path / "raw"
+    raw.mkdir()
+    for guessing in ((), ("--guess",)):
+        assert f"{raw}: a folder; name its files, as in {raw}/*.csv" in call("log", "import", raw, *guessing)[2]
+    for name in ("a.lvm", "b.lvm", "notes.txt"):
+        (raw / name).write_text("x\n")
+    assert f"name its files, as in {raw}/*.lvm" in call("log", "import", raw)[2]
+
+
+def test_names_that_are_not_ours_are_refused_with_what_proposes_a_mapping(call, tmp_path: Path) -> None:
+    table = tmp_path / "own.csv"
+    for head in ("Time [ms];Set (bar)\n0;1\n", "t_s,Set\n0,1\n"):
+        table.write_text(head)
+        status, _, err = call("log", "import", table)
+        assert status == 2
+        assert "--guess proposes a mapping" in err
+
+
 def test_a_disk_that_fills_midway_leaves_no_half_of_a_day(
     call, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
