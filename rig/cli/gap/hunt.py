@@ -141,4 +141,6 @@ def _show(found: "Hunted", json_to: str | None) -> None:
         diagnosis = found.finding.diagnosis
         for line in headline(diagnosis):
             out.print(own_text(line, diagnosis.channels))
-    out.print(f"ended: {so_far.ended}; {so_far.minutes:.1f} min on the rig; {so_far.folder / 'hunt.html'}")
+    # why it was cut short is the error that the command ends by, right below
+    ended = "cut short" if so_far.ended.startswith("cut short: ") else so_far.ended
+    out.print(f"ended: {ended}; {so_far.minutes:.1f} min on the rig; {so_far.folder / 'hunt.html'}")

@@ -110,6 +110,15 @@ def test_the_rigs_that_come_with_pamrig_load(path: Path) -> None:
     assert set().union(*(device.roles for device in rig.devices)) >= {Role.VALVE_1, Role.VALVE_2, Role.ANGLE}
 
 
+@pytest.mark.parametrize("path", sorted((shipped.configs() / "rigs").glob("*.yaml")), ids=lambda path: path.stem)
+def test_where_nothing_moves_without_the_loop_a_machine_may_stand_still_for_as_long(path: Path) -> None:
+    """Tutorials and hunts run on these, on machines that do other things as well."""
+    rig, usual = compose.load(path), compose.load(None)
+    if all(device.kind in ("simulated", "physics") for device in rig.devices):
+        assert rig.limits.stall_periods == usual.limits.stall_periods == 40
+        assert rig.limits.misses_per_s == usual.limits.misses_per_s == 20
+
+
 def test_the_log_gets_the_rig_and_its_model() -> None:
     rig = compose.load(None)
     assert set(rig.files) == {"rig.yaml", "simulated.yaml"}

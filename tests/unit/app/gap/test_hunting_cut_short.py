@@ -148,7 +148,9 @@ def test_gone_on_with_and_not_confirmed_the_page_still_says_what_is_known(left_h
 
 def test_nobody_to_answer_is_an_interruption_that_says_what_was_learnt(left_hunt: Path) -> None:
     call = ["gap", "hunt", *CALL, "--confirm", "-o", f"{left_hunt}", "--json", f"{left_hunt / 'told.json'}"]
-    CliRunner().invoke(cli, call, input="")
+    said = CliRunner().invoke(cli, call, input="").output
+    assert "ended: cut short; " in said
+    assert "cut short: " not in said, "the error below says why"
     told = json.loads((left_hunt / "told.json").read_text())
     assert told["ended"] == "cut short: interrupted"
     assert told["diagnosis"] is not None
