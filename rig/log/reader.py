@@ -222,9 +222,7 @@ def require_columns(names: list[str], path: Path) -> None:
         other = "; another separator?" if len(names) == 1 and re.search(r"[;\t]", shown) else ""
         raise RecordError(f"{path}: no column t_s; it has {shown[:200]!r}{other}; {_MAPS}")
     if "dp_cmd_mpa" not in names and not {"p1_cmd_mpa", "p2_cmd_mpa"} <= set(names):
-        raise RecordError(
-            f"{path}: no column dp_cmd_mpa, nor p1_cmd_mpa and p2_cmd_mpa; it has {shown[:200]}; {_MAPS}"
-        )
+        raise RecordError(f"{path}: no column dp_cmd_mpa, nor p1_cmd_mpa and p2_cmd_mpa; it has {shown[:200]}; {_MAPS}")
 
 
 def pairing_name(facts: Mapping[str, Any], path: Path) -> str:

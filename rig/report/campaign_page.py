@@ -6,6 +6,7 @@ from typing import Final
 from urllib.parse import quote
 
 from rig.gap.answer.result import Diagnosis
+from rig.gap.answer.words.sizes import degrees
 from rig.outputs import OutputKind, write_text
 from rig.own_units import own_text
 from rig.report.templates import rendered
@@ -37,12 +38,13 @@ td.n, th.n { text-align: right; font-variant-numeric: tabular-nums; }
 {% endif %}
 <table class="wide">
 <tr><th>day</th><th>verdict</th><th>causes</th>
-<th class="n">gap, deg rms</th><th class="n">in floors</th>
+<th class="n">gap, deg rms</th><th class="n">times what is usual</th>
 <th class="n">with the causes, deg rms</th></tr>
 {% for day in days %}
 <tr><td><a href="{{ day.link }}">{{ day.name }}</a></td><td data-is="verdict">{{ day.verdict }}</td>
-<td data-is="causes">{{ day.causes }}</td><td class="n" data-is="gap, deg rms">{{ day.gap }}</td>
-<td class="n" data-is="in floors">{{ day.ratio }}</td>
+<td data-is="causes">{{ day.causes }}</td>
+<td class="n" data-is="gap, deg rms">{{ day.gap }}</td>
+<td class="n" data-is="times what is usual">{{ day.ratio }}</td>
 <td class="n" data-is="with the causes, deg rms">{{ day.after }}</td></tr>
 {% endfor %}
 </table>
@@ -66,7 +68,7 @@ def _line(name: str, diagnosis: Diagnosis, page: Path) -> dict[str, str]:
         "link": quote(page.name),
         "verdict": diagnosis.verdict.replace("_", " "),
         "causes": ", ".join(cause.effect for cause in causes) or "-",
-        "gap": f"{by * diagnosis.gap.rms_deg:.3g}",
+        "gap": degrees(by * diagnosis.gap.rms_deg),
         "ratio": f"{diagnosis.gap.ratio:.1f}",
-        "after": f"{by * diagnosis.gap.after_deg:.3g}" if causes else "-",
+        "after": degrees(by * diagnosis.gap.after_deg) if causes else "-",
     }

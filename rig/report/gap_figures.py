@@ -125,7 +125,8 @@ def _chain(diagnosis: Diagnosis) -> "Figure":
         axes.add_patch(Rectangle((place, 0.0), 0.8, part, color=BEFORE, alpha=0.45))
         axes.add_patch(Rectangle((place, 0.0), 0.8, 1.0, fill=False, edgecolor=MEASURED, linewidth=1.2))
         axes.text(place + 0.4, 0.68, stage, ha="center", fontsize=11, weight="bold")
-        axes.text(place + 0.4, 0.3, share, ha="center", fontsize=11)
+        short = share.replace("more than", ">").replace("less than", "<")  # the words are wider than their box
+        axes.text(place + 0.4, 0.3, short, ha="center", fontsize=11)
         axes.text(place + 0.4, -0.1, found.replace(", ", "\n"), ha="center", va="top", fontsize=8)
         if place:
             axes.annotate("", (place, 0.5), (place - 0.2, 0.5), arrowprops={"arrowstyle": "->", "color": MEASURED})
@@ -152,11 +153,11 @@ def _over_time(grounds: Grounds, before: Sequence[Column], after: Sequence[Colum
         )
     _zero(rest)
     rest.set_ylabel("residual [deg]")
-    rest.set_title(pair.name, fontsize=10)
+    rest.set_title(pair.name, fontsize=10, loc="left")
     angle.set_ylabel("angle [deg]")
     angle.set_xlabel("time [s]")
-    for axes in (rest, angle):
-        axes.legend(fontsize=8, ncols=3, loc="upper right")
+    for axes in (rest, angle):  # above the curves, which fill their axes from end to end
+        axes.legend(fontsize=8, ncols=3, loc="lower right", bbox_to_anchor=(1.0, 1.0), borderaxespad=0.2, frameon=False)
     return figure
 
 
@@ -266,6 +267,7 @@ def _ranking(diagnosis: Diagnosis) -> "Figure":
     axes.text(1.04, -0.8, "probability", va="center", fontsize=8)
     axes.set_yticks(rows, [f"{line.effect} ({line.judged_on})" for line in lines], fontsize=8)
     axes.set_xlim(0.0, 1.25)
+    axes.set_xticks([0.0, 0.2, 0.4, 0.6, 0.8, 1.0])  # the probabilities stand beyond
     axes.set_ylim(len(lines) - 0.4, -1.4)
     axes.set_xlabel("share that it explains of what it was judged on")
     return figure
