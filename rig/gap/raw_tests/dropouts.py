@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from rig.gap.raw_tests.settings import BASELINE_FALLS, DROPOUT_CHANCE
-from rig.gap.raw_tests.signature import Signature, Size
+from rig.gap.raw_tests.signature import Signature, Size, on_days
 from rig.gap.raw_tests.statistics import about, wilson
 from rig.gap.records.dropouts import Dropouts
 from rig.gap.records.pairs import Pair
@@ -30,7 +30,7 @@ def dropouts(pairs: Sequence[Pair], column: str) -> Signature:
     level = float(np.median([one.level for one in mine]))
     unit = "deg" if angle else "MPa"
     fall = f"{100 * share:.2g} % of the samples fall to {level:.4g} {unit}, {run:.2g} in a row in the mean"
-    text = f"{fall}; {100 * base:.2g} % in the baselines"
+    text = f"{fall}{on_days(f'{100 * base:.2g} %', usual_rows > 0)}"
     sizes = {
         "probability": Size(share, *wilson(fallen, rows, run)),
         "rail_deg": Size(level, level, level),

@@ -20,7 +20,7 @@ def mean_pressure(cases: Sequence[Record], sessions: Sequence[Sequence[Record]])
     shift = _mean_mpa(cases) - float(np.mean(days))
     spread, degrees = between_days(days, DAYS_MEAN_MPA)
     found = abs(shift) > CLEAR * max(float(np.std(days)), DAYS_MEAN_MPA)
-    text = f"the mean pressure lies {1e3 * shift:+.2f} kPa from the baselines'"
+    text = f"the mean pressure lies {1e3 * shift:+.2f} kPa from that of the earlier days"
     return Signature(
         "mean pressure",
         None,

@@ -22,7 +22,7 @@ from rig.gap.raw_tests.settings import (
     SWITCHED,
     TESTS,
 )
-from rig.gap.raw_tests.signature import Signature
+from rig.gap.raw_tests.signature import Signature, on_days
 from rig.gap.raw_tests.spectral_lines import Spectrum, overtones, sidebands_deg2, without_lines
 from rig.gap.raw_tests.statistics import about, between_days, by_chance
 from rig.gap.settings import FALSE_ALARM_RATE
@@ -75,11 +75,13 @@ def noise(
     else:
         against = _against_usual(own, described, by_rows)
     found = against.plainly and not step.found and own**2 - against.usual**2 > switched_deg2
+    usual = f"{against.usual:.3g} deg"
+    beside = f", {_whose(described)} {usual}" if described else on_days(usual, bool(sessions))
     heaviness = _heaviness(cases, sessions) if found and sessions else 1.0
-    return _signature(own, against, found, heaviness, _whose(described))
+    return _signature(own, against, found, heaviness, f"noise of {own:.3g} deg rms{beside}")
 
 
-def _signature(own: float, against: "_Against", found: bool, heaviness: float, whose: str) -> Signature:
+def _signature(own: float, against: "_Against", found: bool, heaviness: float, text: str) -> Signature:
     """What is told of a level (deg); of added noise that is not normal, its standard deviation is `heaviness` times
     what the level says."""
     size = heaviness * float(np.sqrt(max(own**2 - against.usual**2, 0.0)))
@@ -90,7 +92,7 @@ def _signature(own: float, against: "_Against", found: bool, heaviness: float, w
         value=own,
         baseline=against.usual,
         unit="deg",
-        text=f"noise of {own:.3g} deg rms, {whose} {against.usual:.3g}",
+        text=text,
         sizes={"std_deg": about(size, against.variance_spread / max(size, 1e-12), 0.0)},
         p_value=against.p_value,
         variance_deg2=size**2 if found else 0.0,
@@ -134,10 +136,8 @@ def _against_usual(own: float, known: KnownNoise, unsure: float) -> _Against:
     return _Against(usual, louder > 0.0 and TESTS * p_value < FALSE_ALARM_RATE, p_value, spread)
 
 
-def _whose(known: KnownNoise | None) -> str:
+def _whose(known: KnownNoise) -> str:
     """Where the usual level comes from, ahead of its number."""
-    if known is None:
-        return "in the baselines"
     return "in the fingerprint" if known.of_this_rig else "in rigs usually"
 
 

@@ -19,7 +19,7 @@ from rig.gap.raw_tests.settings import (
     STEP_OVER_NOISE,
     WHOLE_STEPS,
 )
-from rig.gap.raw_tests.signature import Signature, Size
+from rig.gap.raw_tests.signature import Signature, Size, on_days
 from rig.gap.raw_tests.statistics import about
 from rig.gap.records.settings import FEWEST_VALUES, MOST_DIFFERENT
 from rig.record import Column, Record
@@ -42,8 +42,9 @@ def quantisation_step(
     found = step > COARSER * base and step > LEAST_STEP_DEG and by_chance < LATTICE_BY_CHANCE
     found = found and (known or step > STEP_OVER_NOISE * level_beside_deg(step, angles_of(cases)))
     code = code_of(cases, sessions, step) if found else ConverterCode.NEAREST
+    on_earlier = on_days(f"{base:.3g} deg" if base else "no step", bool(sessions))
     text = (
-        f"the angle takes values {step:.3g} deg apart, the baselines {base:.3g}"
+        f"the angle takes values {step:.3g} deg apart{on_earlier}"
         if step
         else "no quantisation step shows in the angle"
     )

@@ -32,7 +32,7 @@ from rig.gap.raw_tests.settings import (
     SPEED_CLASSES,
     SPEEDS_PER_DOUBLING,
 )
-from rig.gap.raw_tests.signature import Signature
+from rig.gap.raw_tests.signature import Signature, on_days
 from rig.gap.raw_tests.statistics import about, by_chance
 from rig.gap.records.dropouts import Rows
 from rig.record import Column, Record
@@ -121,9 +121,8 @@ def repeated_samples(
         and _apart(own, chance) < LOST_PLACE
     )
     base = float(np.mean([day.share for day in usual])) if usual else 0.0
-    text = (
-        f"{100 * own.share:.2f} % of the moving rows repeat the row before exactly, {100 * base:.2f} % in the baselines"
-    )
+    text = f"{100 * own.share:.2f} % of the moving rows repeat the row before exactly"
+    text += on_days(f"{100 * base:.2f} %", bool(usual))
     p = float(np.clip(found.share, 0.0, MOST_LOST))
     run = own.repeated.sum() / max(own.runs, 1)
     size = about(p, float(np.sqrt(max(2.0 * run - 1.0, 1.0) * _variance(own, chance, p) + between**2)), 0.0, MOST_LOST)

@@ -32,7 +32,7 @@ from rig.gap.raw_tests.settings import (
     TONE_FROM_HZ,
     TONE_MORE,
 )
-from rig.gap.raw_tests.signature import Signature, Size
+from rig.gap.raw_tests.signature import Signature, Size, on_days
 from rig.gap.raw_tests.statistics import about
 from rig.identify.response.response_fit import SMOOTHING_S
 from rig.record import Column, Record
@@ -60,7 +60,8 @@ def mains_line(cases: Sequence[Spectrum], sessions: Sequence[Sequence[Spectrum]]
     own, beside = line.amplitude_deg, line.beside_deg
     found = own > max(LINE_CLEAR * beside, LINE_ALONE * line.strongest_deg, LINE_MORE * base)
     size = float(np.sqrt(max(own**2 - base**2, 0.0)))
-    text = f"a line of {own:.3g} deg at {hz:.0f} Hz, {base:.3g} deg in the baselines, {beside:.2g} deg beside it"
+    on_earlier = on_days(f"{base:.3g} deg", bool(sessions))
+    text = f"a line of {own:.3g} deg at {hz:.0f} Hz{on_earlier}, {beside:.2g} deg beside it"
     sizes = {
         "amplitude_deg": about(size, line.spread_deg * own / max(size, 1e-12), 0.0),
         "frequency_hz": Size(hz, hz, hz),
