@@ -38,7 +38,11 @@ def device_class(kind: str, where: str) -> Any:
     from drivers import catalog
 
     if kind not in catalog.KINDS and kind not in catalog.kinds():
-        raise ConfigError(f"{where}: unknown kind of device {kind!r}; {suggest(kind, [*STAND_INS, *catalog.kinds()])}")
+        hint = suggest(kind, [*STAND_INS, *catalog.kinds()])
+        own = (
+            "" if hint.startswith("did") else "; a device of your own is an entry point `pamrig.devices` of its package"
+        )
+        raise ConfigError(f"{where}: unknown kind of device {kind!r}; {hint}{own}")
     return catalog.entry(kind, where).driver
 
 

@@ -41,6 +41,23 @@ COMMANDS = {
     "completion": ("rig.cli.completion:completion", "Completion of commands, options and files for your shell."),
 }
 """Command -> (where it lives, its line in the help)."""
+GROUPS = ("gap", "log", "rig", "devices", "service")
+"""Those that have commands of their own."""
+
+
+def _imported(name: str) -> click.Command:
+    module, attribute = COMMANDS[name][0].split(":")
+    command: click.Command = getattr(importlib.import_module(module), attribute)
+    return command
+
+
+def _group_of(name: str) -> str | None:
+    """The group that has a command of this name: `diagnose` is meant as `gap diagnose`."""
+    for group in GROUPS:
+        found = _imported(group)
+        if isinstance(found, click.Group) and name in found.commands:
+            return group
+    return None
 
 
 class _Lazy(click.Group):
@@ -53,9 +70,9 @@ class _Lazy(click.Group):
         if name not in COMMANDS:
             from rig.config import suggest
 
-            raise click.UsageError(f"no such command {name!r}; {suggest(name, list(COMMANDS))}", ctx)
-        module, attribute = COMMANDS[name][0].split(":")
-        command: click.Command = getattr(importlib.import_module(module), attribute)
+            hint = f"did you mean '{within} {name}'?" if (within := _group_of(name)) else suggest(name, list(COMMANDS))
+            raise click.UsageError(f"no such command {name!r}; {hint}", ctx)
+        command = _imported(name)
         if "_PAMRIG_COMPLETE" in os.environ:
             from rig.cli.completion import with_files
 

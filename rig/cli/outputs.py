@@ -113,6 +113,16 @@ class Group(Command, click.Group):
         """In the order in which they were defined: what is needed first comes first."""
         return list(self.commands)
 
+    def resolve_command(
+        self, ctx: click.Context, args: list[str]
+    ) -> tuple[str | None, click.Command | None, list[str]]:
+        """As click does; of an unknown command it is said what is allowed, as `pamrig` says it of its own."""
+        if args[0] not in self.commands and not ctx.resilient_parsing and not args[0].startswith("-"):
+            from rig.config import suggest
+
+            raise click.UsageError(f"no such command {args[0]!r}; {suggest(args[0], self.list_commands(ctx))}", ctx)
+        return super().resolve_command(ctx, args)
+
 
 def options_behind_the_step(ctx: click.Context) -> None:
     """UsageError for an option of a group that stands before one of its steps, which have options of their own and

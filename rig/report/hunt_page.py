@@ -7,6 +7,7 @@ from typing import Final
 
 from rig.gap.answer.result import Diagnosis
 from rig.gap.answer.words.sentences import headline
+from rig.gap.answer.words.sizes import percent
 from rig.outputs import OutputKind, write_text
 from rig.own_units import own_text
 from rig.report.templates import rendered
@@ -42,7 +43,7 @@ Ended: {{ ended }}.
 <br>Still possible afterwards:
 <table>
 {% for name, chance in step.names %}
-<tr><td>{{ name }}</td><td>{{ (100 * chance) | round(1) }} %</td>
+<tr><td>{{ name }}</td><td>{{ percent(chance) }}</td>
 <td><span class="bar" style="width: {{ (12 * chance) | round(2) }}rem"></span></td></tr>
 {% endfor %}
 </table>
@@ -82,6 +83,7 @@ def write_hunt(
         rig=rig,
         lines=[] if diagnosis is None else [own_text(line, diagnosis.channels) for line in headline(diagnosis)],
         steps=steps,
+        percent=percent,
         minutes=f"{minutes:.1f}",
         ended=ended or "before its end",
         report=report,

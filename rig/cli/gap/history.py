@@ -55,7 +55,7 @@ def history(
     out, say = console(json_to), speaker(found.channels)
     for line in compared_with(baselines, model, every=every_day):
         out.print(line)
-    table = listing("day", "gap", "floor", "verdict", "causes")
+    table = listing("day", "gap", "usual", "verdict", "causes")
     for day in found.days:
         causes = ", ".join(
             f"{name} {size.value:.2g}{'' if size.unit == '1' else f' {size.unit}'}" for name, size in day.sizes.items()

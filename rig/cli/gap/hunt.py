@@ -83,6 +83,7 @@ def hunt(
     from rig.app.gap.baselines import check_apart, earlier_days
     from rig.app.gap.hunting import HuntOptions, hunt_and_tell
     from rig.app.runs import record_folders
+    from rig.gap.answer.words.sizes import percent
 
     rig, folder = compose.load(rig_path), output or record_folders.new_folder("hunt")
     check_apart([folder], baselines)
@@ -110,7 +111,7 @@ def hunt(
             raise KeyboardInterrupt from None
 
     def report(step: "HuntStep") -> None:
-        names = ", ".join(f"{name} {100 * chance:.0f} %" for name, chance in step.set)
+        names = ", ".join(f"{name} {percent(chance)}" for name, chance in step.set)
         out.print(f"still possible: {names}")
 
     def tell(found: "Hunted") -> None:

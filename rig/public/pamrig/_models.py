@@ -25,6 +25,7 @@ from rig.model.parameters import Input, Model
 from rig.own_units import own_text
 from rig.record import Record
 from rig.report.fit_figures import comparison_figure
+from rig.report.fit_files import value_cell
 
 __all__ = ["Identified", "Model", "Validation", "identify", "load_model", "save_model", "simulate", "validate"]
 
@@ -121,10 +122,11 @@ class Identified(Tabled):
         return _worst(self.model, self._records, self._found.scores, self._options)
 
     def _table(self) -> Table:
+        free = {name: each for name, each in self.parameters.items() if each.free}
+        ends = {True: "at its bound", False: ""}
         rows = [
-            (name, shown(each.value, 5), shown(each.std), each.unit, "at its bound" if each.at_bound else "")
-            for name, each in self.parameters.items()
-            if each.free
+            (name, value_cell(each.value, each.std), shown(each.std, 2), each.unit, ends[each.at_bound])
+            for name, each in free.items()
         ]
         said = own_text(f"RMSE {self.rmse_deg:.3g} deg", self.model.own_channels)
         return Table(("parameter", "value", "std", "unit", ""), rows, said)

@@ -119,6 +119,13 @@ def test_where_nothing_moves_without_the_loop_a_machine_may_stand_still_for_as_l
         assert rig.limits.misses_per_s == usual.limits.misses_per_s == 20
 
 
+def test_a_kind_that_nobody_knows_is_refused_with_how_one_s_own_is_made_known(tmp_path: Path) -> None:
+    path = tmp_path / "rig.yaml"
+    path.write_text(GOOD.replace("kind: simulated", "kind: my_own_adc"))
+    with pytest.raises(ConfigError, match=r"allowed: emulated, .* a device of your own is an entry point `pamrig.dev"):
+        compose.load(path)
+
+
 def test_the_log_gets_the_rig_and_its_model() -> None:
     rig = compose.load(None)
     assert set(rig.files) == {"rig.yaml", "simulated.yaml"}
