@@ -38,6 +38,8 @@ def new(like: str | None, given: tuple[str, ...], yes: bool, output: Path, json_
     from rig.config import suggest
     from rig.errors import ConfigError
 
+    if output.is_file():  # by now it may hold what was found out at the rig
+        raise ConfigError(f"{output}: exists already; name another file, or remove that one first")
     answers = _answers(given)
     pattern = like or ("simulated" if yes else _chosen(PATTERNS))
     if pattern not in PATTERNS:

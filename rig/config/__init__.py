@@ -70,6 +70,8 @@ def read_text(path: Path, most_bytes: int = MOST_BYTES) -> str:
         return _text(path, most_bytes)
     except FileNotFoundError:
         raise ConfigError(f"{path}: no such file{nearest_file(path)}") from None
+    except IsADirectoryError:
+        raise ConfigError(f"{path}: cannot be read: it is a folder, and a file is meant") from None
     except (OSError, UnicodeDecodeError) as error:
         raise ConfigError(
             f"{path}: cannot be read: {getattr(error, 'strerror', None) or 'it is not UTF-8 text'}"

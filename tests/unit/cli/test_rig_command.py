@@ -48,6 +48,18 @@ def test_questions_are_answered_on_the_terminal(tmp_path: Path) -> None:
     assert (rig.safe.p1_mpa, rig.limits.angle_deg) == (0.15, (-45.0, 45.0))
 
 
+def test_a_rig_that_is_there_is_not_written_over_and_nothing_is_asked(tmp_path: Path) -> None:
+    made = tmp_path / "mine.yaml"
+    called("rig", "new", "--like", "simulated", "--yes", "-o", made)
+    edited = made.read_text() + "# the left regulator sticks below 0.02 MPa\n"
+    made.write_text(edited)
+    for asking in ((), ("--yes",)):
+        done = CliRunner().invoke(cli, ["rig", "new", *asking, "-o", str(made)])
+        assert f"{made}: exists already; name another file" in str(done.exception)
+        assert done.output == ""
+    assert made.read_text() == edited
+
+
 def test_an_answer_to_nothing_is_said_before_anything_is_asked(tmp_path: Path) -> None:
     call = ["rig", "new", "--like", "simulated", "--set", "nonsense=1", "-o", str(tmp_path / "mine.yaml")]
     done = CliRunner().invoke(cli, call)

@@ -180,7 +180,7 @@ def test_a_missing_file_is_told_with_its_neighbour(tmp_path: Path) -> None:
         read_yaml(tmp_path / "simulatd.yaml")
     with pytest.raises(ConfigError, match=r"no such file \(nor a folder .*nowhere\)"):
         read_yaml(tmp_path / "nowhere" / "a.yaml")
-    with pytest.raises(ConfigError, match="cannot be read: Is a directory"):
+    with pytest.raises(ConfigError, match="cannot be read: it is a folder, and a file is meant"):
         read_yaml(tmp_path)
     (tmp_path / "latin.yaml").write_bytes(b"name: \xff")
     with pytest.raises(ConfigError, match="cannot be read: it is not UTF-8 text"):

@@ -60,7 +60,7 @@ def test_without_out_the_records_lie_under_logs(sweep: Path, tmp_path: Path) -> 
         ([], "Missing argument 'SWEEP'"),
         (["quik"], "quik: no such file, nor one of pamrig's own sweeps; did you mean 'quick'?"),
         (["/nowhere/x.yaml"], "/nowhere/x.yaml: no such file"),
-        (["."], "cannot be read: Is a directory"),
+        (["."], "cannot be read: it is a folder, and a file is meant"),
         (["x" * 3000], "no such file"),
         (["quick", "--rig", "nosuch"], "nosuch: no such file, nor one of pamrig's own rigs"),
         (["quick", "--clock", "sundial"], "'sundial' is not one of 'real', 'virtual'"),
