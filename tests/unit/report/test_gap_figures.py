@@ -48,7 +48,7 @@ def test_a_legend_hides_no_curve(said: pamrig.Diagnosis) -> None:
         assert legend.y0 >= axes.get_window_extent().y1
 
 
-def test_printed_the_tables_stay_on_the_paper(said: pamrig.Diagnosis, tmp_path: Path) -> None:
+def test_on_paper_and_on_every_screen_nothing_is_cut_at_the_side(said: pamrig.Diagnosis, tmp_path: Path) -> None:
     said.save_page(tmp_path / "report.html")
     with browsers.started() as browser:
         page = browser.new_page(viewport={"width": PAPER_PX, "height": 1000})
@@ -56,3 +56,7 @@ def test_printed_the_tables_stay_on_the_paper(said: pamrig.Diagnosis, tmp_path: 
         page.goto((tmp_path / "report.html").as_uri())
         assert "may also be" in page.inner_text("main")
         assert page.evaluate("document.documentElement.scrollWidth") <= PAPER_PX
+        page.emulate_media(media="screen")
+        for width in (390, 667, 740, 800, 1280):  # a phone, the same on its side, a tablet, a laptop
+            page.set_viewport_size({"width": width, "height": 800})
+            assert page.evaluate("document.documentElement.scrollWidth") <= width
