@@ -30,13 +30,21 @@ from rig.sample import WIRES
 _TIME: Final = ("t", "time", "zeit", "temps", "timestamp", "stamp", "log_time", "seconds", "ms")
 _COMMAND: Final = (
     "cmd", "command", "soll", "sollwert", "set", "setpoint", "ref", "reference", "goal", "target", "u", "desired",
-    "consigne",
+    "consigne", "sp", "des",
 )  # fmt: skip
 _MEASURED: Final = (
-    "meas", "measured", "ist", "istwert", "act", "actual", "monitor", "mon", "y", "feedback", "mesure",
+    "meas", "measured", "ist", "istwert", "act", "actual", "monitor", "mon", "y", "feedback", "mesure", "pv",
 )  # fmt: skip
 _ANGLE: Final = ("angle", "winkel", "theta", "phi", "encoder", "pot", "deg", "rad")
 _PRESSURE: Final = ("p", "p1", "p2", "dp", "pressure", "druck", "pression", "mpa", "kpa", "bar", "psi")
+_GLUED: Final = {
+    "".join(pair): pair
+    for one in ("p", "dp", "press", "pressure", "druck")
+    for role in (*_COMMAND, *_MEASURED)
+    if len(role) > 1
+    for pair in ((one, role), (role, one))
+}
+"""Words that are written without anything between them: `pset`, `solldruck`."""
 _DIFFERENCE: Final = ("dp", "delta", "diff", "difference", "differenz")
 _FIRST: Final = ("1", "p1", "a", "left", "l", "df", "flex", "agonist")
 _SECOND: Final = ("2", "p2", "b", "right", "r", "f", "ext", "antagonist")
@@ -53,8 +61,6 @@ _NEARLY_SYMMETRIC: Final = 0.5
 _UNIT_WORDS: Final = {unit.lower(): unit for unit in UNITS if unit not in ("in", "m", "A", "V", "N")} | {
     "n": "N", "v": "V", "in": "in", "m": "m", "sec": "s", "grad": "deg", "rads": "rad",
 }  # fmt: skip
-
-
 OTHER: Final = "something else"
 """What a unit measures that we do not know."""
 
@@ -141,6 +147,7 @@ def _seen(name: str, column: RawColumn) -> _Seen:
     plain = name.rpartition("/")[2]
     words = tuple(word for word in re.split(r"[^0-9a-z%\u00b0\u00b5]+", plain.lower()) if word)
     split = tuple(part for word in words for part in re.findall(r"[a-z]+|\d+", word) if part != word)
+    split += tuple(part for word in (*words, *split) for part in _GLUED.get(word, ()))
     unit = column.unit or next((_UNIT_WORDS[word] for word in reversed(words[1:]) if word in _UNIT_WORDS), None)
     return _Seen(name, column.values, words + split, unit, column.unit is not None)
 

@@ -51,6 +51,25 @@ def test_a_german_table_with_decimal_commas_and_time_in_ms(tmp_path: Path) -> No
     assert any("every 5 ms" in line for line in found.meaning)
 
 
+@pytest.mark.parametrize(
+    ("set_point", "measured"),
+    [
+        ("pset{}_psi", "p{}_psi"),
+        ("PSP{}_psi", "PPV{}_psi"),
+        ("Solldruck_{}_psi", "Istdruck_{}_psi"),
+        ("SP{}_psi", "PV{}_psi"),
+    ],
+)
+def test_words_that_are_written_together_are_read(tmp_path: Path, set_point: str, measured: str) -> None:
+    names = [set_point.format(1), set_point.format(2), measured.format(1), measured.format(2)]
+    up, down = 29 + 14 * SINE, 29 - 14 * SINE
+    path = table(tmp_path, f"t,{','.join(names)},theta_deg", 0.005 * T, up, down, 0.99 * up, 0.99 * down, 20 * SINE)
+    found = guess(path)
+    wanted = dict(zip(("p1_cmd_mpa", "p2_cmd_mpa", "p1_mpa", "p2_mpa"), names, strict=True))
+    assert {name: found.mapping["columns"][name]["source"] for name in wanted} == wanted
+    assert "further" not in found.mapping
+
+
 def test_units_by_size_and_swapped_sides_are_said(tmp_path: Path) -> None:
     path = table(tmp_path, "time,cmd,p1,p2,angle", 0.005 * T, 200 * SINE, 200 - 99 * SINE, 200 + 99 * SINE, -20 * SINE)
     found = guess(path)
