@@ -6,6 +6,7 @@ from typing import Final
 from urllib.parse import quote
 
 from rig.gap.answer.result import Diagnosis
+from rig.gap.answer.words.sentences import headline
 from rig.gap.answer.words.sizes import degrees
 from rig.outputs import OutputKind, write_text
 from rig.own_units import own_text
@@ -22,7 +23,8 @@ _PAGE: Final = """<!doctype html>
 body { font: 16px/1.5 system-ui, sans-serif; color: #1a1a1a; background: #fff;
   margin: 0 auto; padding: 1rem; max-width: 60rem; overflow-wrap: anywhere; }
 table { border-collapse: collapse; width: 100%; }
-th, td { text-align: left; padding: .25rem .6rem; border-bottom: 1px solid #ddd; }
+th, td { text-align: left; padding: .25rem .6rem; border-bottom: 1px solid #ddd; overflow-wrap: break-word; }
+td:first-child { overflow-wrap: anywhere; min-width: 6rem; }
 td.n, th.n { text-align: right; font-variant-numeric: tabular-nums; }
 @media (max-width: 40rem) {
   table, tbody, tr, td { display: block; } tr:first-child { display: none; } tr { border-bottom: 2px solid #bbb; }
@@ -42,7 +44,7 @@ td.n, th.n { text-align: right; font-variant-numeric: tabular-nums; }
 <th class="n">with the causes, deg rms</th></tr>
 {% for day in days %}
 <tr><td><a href="{{ day.link }}">{{ day.name }}</a></td><td data-is="verdict">{{ day.verdict }}</td>
-<td data-is="causes">{{ day.causes }}</td>
+<td data-is="causes">{{ day.causes }}{% if day.answer %}<br><small>{{ day.answer }}</small>{% endif %}</td>
 <td class="n" data-is="gap, deg rms">{{ day.gap }}</td>
 <td class="n" data-is="times what is usual">{{ day.ratio }}</td>
 <td class="n" data-is="with the causes, deg rms">{{ day.after }}</td></tr>
@@ -67,6 +69,7 @@ def _line(name: str, diagnosis: Diagnosis, page: Path) -> dict[str, str]:
         "name": name,
         "link": quote(page.name),
         "verdict": diagnosis.verdict.replace("_", " "),
+        "answer": own_text(headline(diagnosis)[0], diagnosis.channels) if causes else "",
         "causes": ", ".join(cause.effect for cause in causes) or "-",
         "gap": degrees(by * diagnosis.gap.rms_deg),
         "ratio": f"{diagnosis.gap.ratio:.1f}",
