@@ -45,7 +45,8 @@ GROUPS = ("gap", "log", "rig", "devices", "service")
 """Those that have commands of their own."""
 
 
-def _imported(name: str) -> click.Command:
+def imported(name: str) -> click.Command:
+    """One of COMMANDS, from its module."""
     module, attribute = COMMANDS[name][0].split(":")
     command: click.Command = getattr(importlib.import_module(module), attribute)
     return command
@@ -54,7 +55,7 @@ def _imported(name: str) -> click.Command:
 def _group_of(name: str) -> str | None:
     """The group that has a command of this name: `diagnose` is meant as `gap diagnose`."""
     for group in GROUPS:
-        found = _imported(group)
+        found = imported(group)
         if isinstance(found, click.Group) and name in found.commands:
             return group
     return None
@@ -72,7 +73,7 @@ class _Lazy(click.Group):
 
             hint = f"did you mean '{within} {name}'?" if (within := _group_of(name)) else suggest(name, list(COMMANDS))
             raise click.UsageError(f"no such command {name!r}; {hint}", ctx)
-        command = _imported(name)
+        command = imported(name)
         if "_PAMRIG_COMPLETE" in os.environ:
             from rig.cli.completion import with_files
 

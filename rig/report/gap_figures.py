@@ -45,7 +45,7 @@ def figures(diagnosis: Diagnosis, grounds: Grounds) -> list[tuple[str, str]]:
         drawn.append(
             (
                 "The chain from the command to the sensor, with each stage's share of what the causes close",
-                lambda: _chain(diagnosis),
+                lambda: chain_figure(diagnosis),
             )
         )
     drawn += [
@@ -114,7 +114,7 @@ def _visible(grounds: Grounds, gap: Column, index: int) -> bool:
     return float(np.std(gap)) > VISIBLE * float(np.ptp(angle))
 
 
-def _chain(diagnosis: Diagnosis) -> "Figure":
+def chain_figure(diagnosis: Diagnosis) -> "Figure":
     """Boxes from the command to the sensor: the fuller, the larger the share of what the causes close."""
     from matplotlib.patches import Rectangle
 

@@ -4,7 +4,7 @@ import click
 import pytest
 from click.testing import CliRunner
 
-from rig.cli.commands import GROUPS, _imported, cli
+from rig.cli.commands import COMMANDS, GROUPS, cli, imported
 
 
 @pytest.mark.parametrize(
@@ -25,6 +25,4 @@ def test_what_was_meant_is_said(call: tuple[str, ...], said: str) -> None:
 
 
 def test_every_group_is_looked_into() -> None:
-    from rig.cli.commands import COMMANDS
-
-    assert {name for name in COMMANDS if isinstance(_imported(name), click.Group)} == set(GROUPS)
+    assert {name for name in COMMANDS if isinstance(imported(name), click.Group)} == set(GROUPS)

@@ -11,7 +11,7 @@ from support import browsers
 from support.records.told_answers import cause, told
 
 from rig.gap.answer.facts import Link
-from rig.report.gap_figures import _chain
+from rig.report.gap_figures import chain_figure
 
 PAPER_PX = 718
 """A4 between the margins that a browser prints with, at 96 pixels an inch."""
@@ -30,7 +30,7 @@ def test_a_share_stays_in_its_box() -> None:
     made = told(cause("valve_lag", tau_s=(0.01, 0.009, 0.011, "s")))
     links = [Link("timing", ("delay",), 0.004), Link("valve", ("valve_lag",), 0.996)]
     links += [Link(name, (), 0.0) for name in ("muscle", "joint", "sensor")]
-    figure = _chain(replace(made, where=replace(made.where, chain=tuple(links))))
+    figure = chain_figure(replace(made, where=replace(made.where, chain=tuple(links))))
     FigureCanvasAgg(figure).draw()
     (axes,) = figure.axes
     boxes = [patch.get_window_extent() for patch in axes.patches if isinstance(patch, Rectangle) and not patch.fill]

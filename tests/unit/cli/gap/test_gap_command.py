@@ -17,6 +17,7 @@ from rig.errors import RecordError, RigError
 from rig.excite.experiment import Entry, Timing, load_sweep
 from rig.excite.signals import Sine
 from rig.gap.answer import tell
+from rig.gap.answer.words.sizes import degrees
 from rig.gap.plan.candidates import SETTLE_S
 from rig.gap.plan.experiment import Experiment
 from rig.model.parameters import AddedEffect, load_model
@@ -104,7 +105,7 @@ def test_campaign_of_days_is_diagnosed_day_by_day(days: Path, tmp_path: Path) ->
     assert {day: told["verdict"] for day, told in report.items()} == {"monday": "none", "tuesday": "explained"}
     pages = sorted(path.name for path in tmp_path.glob("*.html"))
     assert pages == ["day.html", "day_monday.html", "day_tuesday.html"]
-    assert f">{report['tuesday']['gap']['after_deg']:.3g}<" in (tmp_path / "day.html").read_text()
+    assert f">{degrees(report['tuesday']['gap']['after_deg'])}<" in (tmp_path / "day.html").read_text()
 
 
 def test_a_folder_of_sessions_is_several_baselines_and_not_one(days: Path, tmp_path: Path) -> None:
