@@ -1,7 +1,5 @@
 """What an answer is compared with, in sentences, and that nothing stands out beside it. No number is computed here."""
 
-import math
-
 from rig.channels import Channels
 from rig.gap.answer.facts import ABSORBED_SHARE, Retuning
 from rig.gap.answer.result import Diagnosis, Interval
@@ -79,7 +77,8 @@ def absorbed(diagnosis: Diagnosis) -> bool:
 def moves(tuning: Retuning, channels: Channels) -> list[str]:
     """What moves as the simulator is fitted again, what closes most first: each parameter, without those whose move is
     too small to be seen in the digits that a person is told, and the curve and loop as a whole, which are the muscles'
-    where the rig has any. A share is told where anything is closed."""
+    where the rig has any. Its share of what is closed is told where each is a part of the whole: two that work against
+    each other close more than all of it, one after the other."""
     told = []
     for one in tuning.moved:
         half = 0.5 * (one.high - one.low)
@@ -90,8 +89,8 @@ def moves(tuning: Retuning, channels: Channels) -> list[str]:
         whose = "the muscles'" if channels.has_valves else "its"
         told.append((tuning.muscles, f"{whose} own curve and loop change"))
     ordered = sorted(told, key=lambda line: -line[0])
-    least = LEAST_TOLD if tuning.closes_fraction > 0.0 else math.inf
-    return [f"{text} ({percent(share)} of that)" if share >= least else text for share, text in ordered]
+    parts = tuning.closes_fraction > 0.0 and all(share <= 1.0 for share, _ in ordered)
+    return [f"{text} ({percent(share)} of that)" if parts and share >= LEAST_TOLD else text for share, text in ordered]
 
 
 def nothing(diagnosis: Diagnosis) -> str:

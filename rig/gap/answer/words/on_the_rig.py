@@ -268,5 +268,6 @@ ON_THE_RIG: Mapping[str, OnTheRig] = {
 
 
 def noun_of(effect: str) -> str:
-    """What an effect is called, with its name; of one of another package its name."""
-    return f"{ON_THE_RIG[effect].noun} ({effect})" if effect in ON_THE_RIG else effect
+    """What an effect is called, with its name where that is another; of one of another package its name."""
+    noun = ON_THE_RIG[effect].noun if effect in ON_THE_RIG else effect
+    return noun if noun.removeprefix("a ") == effect else f"{noun} ({effect})"

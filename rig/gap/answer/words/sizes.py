@@ -24,7 +24,7 @@ def rounded(value: float, width: float) -> str:
     """A number to the digit that this width leaves standing (0: any), at most MOST_DIGITS significant ones."""
     if not math.isfinite(value):
         return "unknown"
-    top = 0 if value == 0.0 else math.floor(math.log10(abs(value)))
+    top = 0 if value == 0.0 else math.floor(math.log10(abs(float(f"{value:.{MOST_DIGITS - 1}e}"))))  # 0.998 is 1.0
     last = top - MOST_DIGITS + 1
     if width > 0.0:
         last = max(last, min(math.floor(math.log10(width)), top))

@@ -29,4 +29,5 @@ def test_units_are_those_that_people_use() -> None:
     assert size(Interval(0.23, 0.18, 0.29, "MPa")) == "0.23 MPa", "and not 0.2, which is the rest pressure"
     assert size(Interval(0.036, 0.025, 0.05, "s")) == "36 ms"
     assert size(Interval(0.036, 0.0, 0.1, "s")) == "40 ms"
+    assert size(Interval(0.998, 0.998, 0.998, "deg")) == "1.0 deg", "and not 1.00 beside a 1.4"
     assert size(Interval(-12.0, -13.0, -11.0, "deg"), signed=True) == "-12 deg"

@@ -80,6 +80,14 @@ def test_where_nothing_is_closed_no_move_has_a_share_of_it() -> None:
     assert told == ["the muscles' own curve and loop change", "valve1_tau_s goes from 40 ms to 50 ms"]
 
 
+def test_moves_that_work_against_each_other_are_no_parts_of_a_whole() -> None:
+    """ "(more than 99 % of that)" stood behind each of four."""
+    slower = ParameterMove("valve1_tau_s", 0.042, 0.066, 0.065, 0.067, "s", 2.1)
+    weaker = ParameterMove("valve2_gain", 0.99, 0.98, 0.979, 0.981, "1", 0.4)
+    told = moves(Retuning(0.73, 0.65, (slower, weaker), muscles=-1.5), PNEUMATIC)
+    assert told == ["valve1_tau_s goes from 42 ms to 66 ms", "valve2_gain goes from 99 % to 98 %"]
+
+
 def with_other_muscles(times: float) -> Model:
     """The rig's simulator whose muscles answer so many times as much."""
     own = model().muscle
