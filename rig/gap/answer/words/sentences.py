@@ -51,7 +51,9 @@ LIES_IN = {
 def answers(diagnosis: Diagnosis) -> dict[str, str]:
     """Question -> answer: what it is, what doubts all of it, how far, re-tuning, what stays, what to look at; then
     where and how sure."""
-    told, said_first = {"Answer:": " ".join(headline(diagnosis))}, diagnosis.verdict is Verdict.NONE
+    told, said_first = {"Answer:": " ".join(headline(diagnosis))}, _in_samples(diagnosis)
+    if diagnosis.verdict is Verdict.NONE:
+        said_first += [one for one in diagnosis.observations if one.test.startswith(MONITOR)]
     told["Doubt:"] = "; ".join(diagnosis.doubts)
     told["Why:"] = _of_each([(one.noun, one.reasons) for one in _known(diagnosis)])
     told["Look at:"] = _of_each([(one.noun, one.look_at) for one in _known(diagnosis)])
@@ -59,8 +61,8 @@ def answers(diagnosis: Diagnosis) -> dict[str, str]:
         told["Re-tuning:"] = _retuning(diagnosis)
     if _named(diagnosis) or diagnosis.verdict is Verdict.UNKNOWN:
         told["What stays:"] = _stays(diagnosis)
-    if beside := [one for one in diagnosis.observations if not (said_first and one.test.startswith(MONITOR))]:
-        told["Also seen:"] = "; ".join(_seen_beside(one, diagnosis) for one in beside) + "."
+    if beside := [one for one in diagnosis.observations if one not in said_first]:
+        told["Also seen:"] = "; ".join(_seen_beside(one, diagnosis) + _no_cause(one) for one in beside) + "."
     told["Compared with:"] = reference(diagnosis)
     if diagnosis.causes:
         told["Where:"] = _where(diagnosis)
@@ -80,7 +82,8 @@ def answers(diagnosis: Diagnosis) -> dict[str, str]:
 def headline(diagnosis: Diagnosis) -> list[str]:
     """The first lines: sentences that somebody at the rig understands at once."""
     if diagnosis.verdict is Verdict.NONE:
-        return [nothing(diagnosis)]
+        found = [_seen_beside(one, diagnosis) for one in _in_samples(diagnosis)]
+        return [nothing(diagnosis), *([f"Single samples show more: {'; '.join(found)}."] if found else [])]
     named = _named(diagnosis)
     if not named:
         return [_unknown(diagnosis)]
@@ -220,15 +223,26 @@ def _unknown(diagnosis: Diagnosis) -> str:
     return f"{what}{_seen(diagnosis)}, and {no_effect(diagnosis)} explains it.{nearest}"
 
 
+def _in_samples(diagnosis: Diagnosis) -> list[Observation]:
+    """What single samples show, where nothing else is found: that is the answer then, however little of the gap."""
+    if diagnosis.verdict is not Verdict.NONE:
+        return []
+    return [one for one in diagnosis.observations if one.effect is not None and one.test != USUAL]
+
+
 def _seen_beside(one: Observation, diagnosis: Diagnosis) -> str:
     """A finding that is no cause of the gap, without a full stop."""
     known = None if one.effect is None else on_the_rig(one.effect, diagnosis.channels)
     said = one.text if known is None or not one.parameters else known.says(dict(one.parameters))
+    said = said.replace("{than}", than(diagnosis)) if one.test == USUAL else one.text if "{than}" in said else said
+    return f"{said[:1].lower()}{said[1:]}"
+
+
+def _no_cause(one: Observation) -> str:
+    """That a finding beside the causes is none, and why."""
     if one.test == USUAL:
-        why = "as much of it as simulators usually lack of healthy rigs, and no cause of the gap"
-        return f"{said[:1].lower()}{said[1:]}".replace("{than}", than(diagnosis)) + f" ({why})"
-    said = one.text if "{than}" in said else said
-    return f"{said[:1].lower()}{said[1:]}" + ("" if one.effect is None else " (no cause of the gap)")
+        return " (as much of it as simulators usually lack of healthy rigs, and no cause of the gap)"
+    return "" if one.effect is None else " (no cause of the gap)"
 
 
 def _known(diagnosis: Diagnosis) -> list[OnTheRig]:

@@ -5,9 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from support.plants.gap_rigs import asked, baselines, names, session
+from support.records.told_answers import cause
+from support.records.told_answers import told as told_answer
 
 from rig.gap.answer.observations import LEAST_SHARE, JudgedSignatures, judged_signatures
-from rig.gap.answer.words.sentences import answers
+from rig.gap.answer.result import Interval, Observation
+from rig.gap.answer.words.sentences import answers, headline
 from rig.gap.raw_tests.signature import Signature, Size
 from rig.gap.records.pairs import pair_up
 from rig.gap.reference.build import Expected, Kind
@@ -105,3 +108,16 @@ def test_samples_that_were_taken_out_before_anything_is_compared_are_a_part_of_t
         for v in (1e-6, 4.0)
     )
     assert (many.gap_before_deg**2 - few.gap_before_deg**2 > 3.9) is taken_out
+
+
+def test_where_nothing_else_is_found_what_single_samples_show_is_a_part_of_the_answer() -> None:
+    """A fifth of the samples lost stood last, behind "no effect that it lacks is needed"."""
+    lost = Observation("lost", "lost_samples", "", {"probability": Interval(0.19, 0.18, 0.2, "1")}, 0.99, 0.01)
+    nothing = replace(told_answer(verdict="none"), observations=[lost])
+    assert headline(nothing)[-1] == (
+        "Single samples show more: about 19 % of the samples are lost and repeat the one before."
+    )
+    assert "Also seen:" not in answers(nothing)
+    named = replace(told_answer(cause("delay", delay_s=(0.01, 0.009, 0.011, "s"))), observations=[lost])
+    assert "Single samples" not in " ".join(headline(named))
+    assert answers(named)["Also seen:"].endswith("lost and repeat the one before (no cause of the gap).")

@@ -289,10 +289,7 @@ def test_a_ceiling_is_told_in_two_digits_however_wide_its_interval() -> None:
 def test_a_long_list_of_what_looks_the_same_is_cut() -> None:
     many = ("delay", "creep", "backlash", "inertia", "stiffness", "sensor_gain")
     said = answers(replace(told(PLAY), retuning=replace(TUNING, looks_like=many)))["Re-tuning:"]
-    assert (
-        "a dead time (delay), creep, inertia, another stiffness or loop gain (stiffness) and 1 more."
-        in said
-    )
+    assert "a dead time (delay), creep, inertia, another stiffness or loop gain (stiffness) and 1 more." in said
     assert "sensor_gain" not in said
 
 
