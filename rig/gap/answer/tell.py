@@ -1,6 +1,6 @@
 """From the posterior to the answer: verdict, causes, where, how far, what cannot be told."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -42,7 +42,8 @@ def tell(findings: Findings, after: Callable[[Sequence[tuple[str, Fit]]], HowFar
     left = far.after_deg if added else before
     suspected = _unknowns(findings, kept, before)
     small = _small(findings, suspected, kept, before, left, floor)
-    rest = [*([] if suspected else _rest(kept, before, left, floor)), *_too_far_for_nothing(findings, before)]
+    rest = [] if suspected else _rest(kept, before, left, floor)
+    rest += _too_far(findings, before, {one.judged_on for one in (*suspected, *rest)})
     unknowns = [*(one for one in suspected if one not in small), *rest]
     in_samples = judged_signatures(findings.signatures, findings.expected, before, bool(kept or unknowns))
     strange = [_unknown("sensor", RAW_DATA, before) for _ in _strange(findings)]
@@ -307,14 +308,21 @@ def _rest(kept: Sequence[Kept], before: float, left: float, floor: float) -> lis
     return [_unknown(stage, factor, before, [first.fit.effect.name])]
 
 
-def _too_far_for_nothing(findings: Findings, before: float) -> list[Cause]:
-    """Something unknown on each factor on which nothing is likeliest, although a simulator that differs in all that it
-    may still leaves more than FAR floors: its class is missed by so much on no healthy rig, and what the likelihood
-    takes for a build that is missed by more than is usual is what a simulator lacks (docs/decisions/0661)."""
+def _too_far(findings: Findings, before: float, said: Collection[str]) -> list[Cause]:
+    """Something unknown on each factor of which none is `said` yet, although a simulator that differs in all that it
+    may still leaves more than FAR floors, with the likeliest effect in it where that is one: its class is missed by so
+    much on no healthy rig, and what the likelihood takes for a build that is missed by more than is usual is what a
+    simulator lacks (docs/decisions/0661, 0662)."""
     if findings.expected.kind is not Kind.SIMULATOR:
         return []
-    factors = (one.problem.name for one in findings.posteriors if not one.found and one.beyond_nothing > FAR)
-    return [_unknown(_usual_stage(factor), factor, before) for factor in factors]
+    judged = {one.problem.name: one for one in findings.posteriors}  # of two effects the second, which knows the first
+    return [
+        _unknown(one.fit.effect.stage, factor, before, [one.best])
+        if one.fit
+        else _unknown(_usual_stage(factor), factor, before)
+        for factor, one in judged.items()
+        if factor not in said and one.beyond > FAR
+    ]
 
 
 def _verdict(causes: Sequence[Cause]) -> Verdict:

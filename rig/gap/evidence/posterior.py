@@ -91,12 +91,12 @@ class Posterior:
         return self.fits[name].forward if name in self.fits else self.plain
 
     @property
-    def beyond_nothing(self) -> float:
-        """Floors (rms) by which the gap lies beyond all that may differ without being one, what a simulator usually
-        lacks included."""
-        usual = NONE if self.usual is None else self.usual.effect
-        factor = self.forward_of(usual).factor
-        return factor.rms_of_lines(factor.healthy.beyond(self.residual(usual))) / factor.floor
+    def beyond(self) -> float:
+        """Floors (rms) that the likeliest hypothesis leaves beyond all that may differ without being a gap, what a
+        simulator usually lacks included where that is nothing."""
+        name = self.usual.effect if self.best == NONE and self.usual is not None else self.best
+        factor = self.forward_of(name).factor
+        return factor.rms_of_lines(factor.healthy.beyond(self.residual(name))) / factor.floor
 
     def likely(self, least: float) -> list[str]:
         """The hypotheses of at least this probability, likeliest first."""
