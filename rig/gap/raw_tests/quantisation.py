@@ -96,15 +96,25 @@ def fine_step_deg(angles: Sequence[Column]) -> float:
 
 
 def _fine_step(angle: Column) -> float:
-    gaps = np.diff(np.unique(np.round(angle, STEP_DIGITS)))
+    values = np.unique(np.round(angle, STEP_DIGITS))
+    gaps = np.diff(values)
     if not len(gaps):
         return 0.0
-    least = float(gaps.min())
+    written = _written_to_deg(values)
+    least = float(np.mean(gaps[gaps < gaps.min() + 1.5 * written])) if written else float(gaps.min())
     near = gaps[gaps < (FINE_STEPS_APART + 0.5) * least] / least
     apart = np.round(near)
-    if len(near) < LEAST_APART or np.mean(np.abs(near - apart) < OFF_WHOLE) < WHOLE_STEPS:
+    off = OFF_WHOLE + written / least
+    if len(near) < LEAST_APART or np.mean(np.abs(near - apart) < off) < WHOLE_STEPS:
         return 0.0
     return least * float(np.sum(near) / np.sum(apart))
+
+
+def _written_to_deg(values: Column) -> float:
+    """The last decimal that a file keeps of its angles, deg: a step of 0.0053 is 0.005 and 0.006 in turn with three; 0
+    where it keeps all that count."""
+    decimals = next(k for k in range(STEP_DIGITS + 1) if np.array_equal(np.round(values, k), values))
+    return 0.0 if decimals == STEP_DIGITS else float(10.0**-decimals)
 
 
 def _by_chance(angles: Sequence[Column], step: float) -> float:

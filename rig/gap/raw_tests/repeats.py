@@ -16,6 +16,7 @@ from rig.columns import filled_in
 from rig.gap.raw_tests.levels import Measure, angles_of
 from rig.gap.raw_tests.settings import (
     CHANCE_SPREAD,
+    DEALINGS,
     LEAST_LOST,
     LEAST_LOUDER,
     LEAST_MOVING,
@@ -108,7 +109,8 @@ def repeated_samples(
         least, own = 0.0, count(cases, 0.0)
     usual = [count(session, least) for session in sessions]
     dealt = step_deg > 0.0 and (not usual or _is_louder(cases, sessions, level_of))
-    chance = by_chance_at_speed(usual, count(_dealt(cases, step_deg), least) if dealt else None)
+    anew = [count(_dealt(cases, step_deg, seed), least) for seed in range(DEALINGS)] if dealt else []
+    chance = by_chance_at_speed(usual, anew)
     found = excess(own, chance)
     days = [excess(day, chance) for day in usual]
     between = float(np.std([day.share for day in days])) if len(days) > 1 else CHANCE_SPREAD * found.chance
@@ -200,13 +202,13 @@ def _apart(own: Repeats, chance: Chance) -> float:
     return float(np.max(np.abs(at / stood[-1] - moved / moved[-1])))
 
 
-def by_chance_at_speed(days: Sequence[Repeats], dealt: Repeats | None) -> Chance:
-    """What repeats by chance at each speed: as in the days, or as the case's own noise dealt anew says (`dealt`) where
-    that is more."""
+def by_chance_at_speed(days: Sequence[Repeats], dealt: Sequence[Repeats]) -> Chance:
+    """What repeats by chance at each speed: as in the days, or as the case's own noise dealt anew says (`dealt`, some
+    times over) where that is more."""
     usual = _chance(days)
-    if dealt is None:
+    if not dealt:
         return usual
-    mine = _chance([dealt])
+    mine = _chance(dealt)
     more = mine.share > usual.share
     return Chance(np.where(more, mine.share, usual.share), np.where(more, mine.onward, usual.onward))
 
@@ -247,11 +249,11 @@ def _is_louder(cases: Sequence[Record], sessions: Sequence[Sequence[Record]], le
     return level_of(angles_of(cases)) > math.exp(LEAST_LOUDER) * max(usual)
 
 
-def _dealt(records: Sequence[Record], step: float) -> list[Record]:
+def _dealt(records: Sequence[Record], step: float, seed: int) -> list[Record]:
     """The records with their own noise dealt anew, on the converter's step: what repeats in them does so by chance. The
     noise of another time, so that it keeps its colour; without the step's own share in it, which rounding adds again.
     """
-    random = np.random.default_rng(0)
+    random = np.random.default_rng(seed)
     dealt = []
     for record, angle in zip(records, angles_of(records), strict=True):
         whole = filled_in(angle)

@@ -73,6 +73,9 @@ LOST_MORE = 0.25
 """Repeats must exceed those by chance by this share of them: chance itself is known to about a tenth."""
 CHANCE_SPREAD = 0.1
 """How well repeats by chance are known without two baseline days, as a share of them."""
+DEALINGS = 5
+"""How often a case's noise is dealt anew: so many times the rows from which repeats by chance are known. Fewer: chance
+itself passes for lost samples, 0.5 % of them in a noise of twenty steps; more: slower by 15 ms each."""
 LOST_JUMP = 1.5
 """Steps that must go on for each repeat: 2 after lost samples, 1 in a dead spot. More: lost samples pass for a dead
 spot."""
