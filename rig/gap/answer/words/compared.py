@@ -81,9 +81,9 @@ def moves(tuning: Retuning, channels: Channels) -> list[str]:
     each other close more than all of it, one after the other."""
     told = []
     for one in tuning.moved:
-        half = 0.5 * (one.high - one.low)
-        here = size(Interval(one.before, one.before - half, one.before + half, one.unit), signed=True)
-        there = size(Interval(one.after, one.low, one.high, one.unit), signed=True)
+        half, move = 0.5 * (one.high - one.low), one.after - one.before
+        here = size(Interval(one.before, one.before - half, one.before + half, one.unit), signed=True, move=move)
+        there = size(Interval(one.after, one.low, one.high, one.unit), signed=True, move=move)
         told += [] if here == there else [(one.share, f"{one.name} goes from {here} to {there}")]
     if tuning.muscles >= LEAST_TOLD:
         whose = "the muscles'" if channels.has_valves else "its"

@@ -85,7 +85,14 @@ def test_moves_that_work_against_each_other_are_no_parts_of_a_whole() -> None:
     slower = ParameterMove("valve1_tau_s", 0.042, 0.066, 0.065, 0.067, "s", 2.1)
     weaker = ParameterMove("valve2_gain", 0.99, 0.98, 0.979, 0.981, "1", 0.4)
     told = moves(Retuning(0.73, 0.65, (slower, weaker), muscles=-1.5), PNEUMATIC)
-    assert told == ["valve1_tau_s goes from 42 ms to 66 ms", "valve2_gain goes from 99 % to 98 %"]
+    assert told == ["valve1_tau_s goes from 42 ms to 66 ms", "valve2_gain goes from 99.0 % to 98.0 %"]
+
+
+def test_a_move_is_told_to_its_own_digits() -> None:
+    """115 % were told as 110."""
+    gain = ParameterMove("sensor_gain", 1.0, 1.149, 1.147, 1.151, "1")
+    (told,) = moves(Retuning(1.6, 0.7, (gain,)), PNEUMATIC)
+    assert told == "sensor_gain goes from 100 % to 115 %"
 
 
 def with_other_muscles(times: float) -> Model:
