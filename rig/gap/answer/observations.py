@@ -23,6 +23,8 @@ from rig.model.effect_stages import EFFECT_STAGES
 
 USUAL = "usual of a simulator"
 """The name of the test by which such an effect is seen."""
+STUCK = "stuck monitor"
+"""The name of the test by which a monitor that stood still for a while is seen."""
 LEAST_SHARE = 0.05
 """Share of the raw records' mean-square gap from which on a signature explains some of it. Less: small steps and hums
 are named beside any cause; more: a real second cause in the samples is told as a remark."""
@@ -96,6 +98,11 @@ def _numbers(signature: Signature, effect: str) -> dict[str, Interval]:
 def _observation(signature: Signature, share: float) -> Observation:
     numbers = {} if signature.effect is None else _numbers(signature, signature.effect)
     return Observation(signature.test, signature.effect, signature.text, numbers, signature.confidence, share)
+
+
+def stuck_monitors(said: Sequence[str]) -> list[Observation]:
+    """Monitors that stood still for a while, each in a sentence; what they showed then was left out."""
+    return [Observation(STUCK, None, text, {}, 1.0, 0.0) for text in said]
 
 
 def usual_of_a_simulator(fit: Fit, probability: float, share: float, reach: Reach) -> Observation:

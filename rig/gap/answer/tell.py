@@ -13,7 +13,7 @@ from rig.gap.answer.how_far.held_out import HowFar
 from rig.gap.answer.how_far.prediction_interval import Shrunk, prediction_interval
 from rig.gap.answer.how_far.size_intervals import intervals, reference_of
 from rig.gap.answer.kept import dropped_effects, effects_not_kept, kept_effects, share_closed
-from rig.gap.answer.observations import judged_signatures, usual_of_a_simulator
+from rig.gap.answer.observations import judged_signatures, stuck_monitors, usual_of_a_simulator
 from rig.gap.answer.result import Cause, Diagnosis, Observation, Ranked
 from rig.gap.answer.where import frequency_shares, over_time, phase_shares, region_shares
 from rig.gap.hypotheses.fit import Fit
@@ -71,7 +71,7 @@ def tell(findings: Findings, after: Callable[[Sequence[tuple[str, Fit]]], HowFar
         doubts=findings.expected.pairing.doubts,
         reference=findings.expected.kind,
         retuning=findings.retuning,
-        observations=[*in_samples.observations, *_usual(findings)],
+        observations=[*stuck_monitors(findings.expected.pairing.stuck), *in_samples.observations, *_usual(findings)],
     )
 
 

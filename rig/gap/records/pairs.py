@@ -18,6 +18,7 @@ from rig.gap.records.outliers import without_outliers
 from rig.gap.records.partners import Match, Partner, find_partner, named_session, require_partners
 from rig.gap.records.rest import at_rests, rest_pressure, shifted
 from rig.gap.records.settings import CLIPPED, CLIPPED_OVER_NEXT
+from rig.gap.records.stuck_monitors import without_stuck_monitors
 from rig.gap.records.usable import check_direction, check_scale, early, hole, reasons, runs_against, usable
 from rig.identify.records.causality import before_pressures, together
 from rig.identify.records.monitors import broken_monitor
@@ -49,6 +50,8 @@ class Pairing:
     """Nobody says when the records began, and their files are numbered."""
     strange: tuple[str, ...] = ()
     """The note that the model does not follow the earlier days at all: another rig's?"""
+    stuck: tuple[str, ...] = ()
+    """Which monitors stood still for a while, see `rig.gap.records.stuck_monitors`."""
 
     @property
     def doubts(self) -> tuple[str, ...]:
@@ -82,7 +85,8 @@ def pair_up(
     baseline the pairs have no sessions.
     """
     notes: list[str] = []
-    whole, fallen = _cleaned(records, notes)
+    heard, stuck = without_stuck_monitors(records)
+    whole, fallen = _cleaned(heard, notes)
     fit = _usable(whole, notes)
     if not fit:
         raise RecordError(reasons(notes))
@@ -103,8 +107,9 @@ def pair_up(
     notes.extend(clipped)
     days_beside = len(pairs[0].days)
     return Pairing(
-        pairs, pressed, days_beside, p0, tuple(notes), unpaired, clipped, matches, elsewhere, are_numbered(case)
-    )
+        pairs, pressed, days_beside, p0, tuple(notes), unpaired, clipped, matches, elsewhere, are_numbered(case),
+        stuck=tuple(stuck),
+    )  # fmt: skip
 
 
 def _matched(
@@ -184,9 +189,11 @@ def _sessions(
     fallen: dict[int, tuple[Dropouts, ...]],
 ) -> dict[int, list[Record]]:
     """The baseline sessions that can be used, by their numbers; RecordError when some were given and none can."""
-    sessions = []
+    sessions: list[list[Record]] = []
     for session in baselines:
-        whole, more = _cleaned(session, notes, "baseline ")
+        heard, stuck = without_stuck_monitors(session)
+        notes.extend(f"{named_session(len(sessions) + 1, session[0])}: {line}" for line in stuck)
+        whole, more = _cleaned(heard, notes, "baseline ")
         fallen |= more
         sessions.append(_usable(whole, notes, "baseline "))
     kept = _distinct(sessions, case, notes)

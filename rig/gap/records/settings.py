@@ -170,3 +170,10 @@ INPUT_TAPS, INPUT_TAP_S = 8, 0.03
 regulator lags."""
 INPUT_RIDGE = 1e-6
 """Ridge of that fit as a share of the input's power: a single sine says nothing of other frequencies."""
+STUCK_S, STUCK_ROWS = 0.25, 50
+"""A monitor that shows one value for so long, and for so many rows, while its set-point moves was not read. More:
+shorter stretches pass for a regulator that stands; less: chance passes for a hang (0.6 to the power of 50 is
+10^-11)."""
+LEAST_FLICKER_STEPS, LEAST_FLICKER_MPA = 0.5, 3e-5
+"""White noise, in the converter's own steps and in MPa, with which a monitor repeats a value in two rows of three at
+most while its pressure stands. Less: one without noise that stands rightly, behind a dead band, is left out."""

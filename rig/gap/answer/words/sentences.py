@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from rig.channels import Channels
 from rig.gap.answer.chain import NAMES
 from rig.gap.answer.facts import RAW, Link, Verdict
-from rig.gap.answer.observations import USUAL
+from rig.gap.answer.observations import STUCK, USUAL
 from rig.gap.answer.result import Cause, Diagnosis, Interval, Observation
 from rig.gap.answer.words.compared import (
     FEW,
@@ -227,7 +227,7 @@ def _in_samples(diagnosis: Diagnosis) -> list[Observation]:
     """What single samples show, where nothing else is found: that is the answer then, however little of the gap."""
     if diagnosis.verdict is not Verdict.NONE:
         return []
-    return [one for one in diagnosis.observations if one.effect is not None and one.test != USUAL]
+    return [one for one in diagnosis.observations if one.test == STUCK or (one.effect and one.test != USUAL)]
 
 
 def _seen_beside(one: Observation, diagnosis: Diagnosis) -> str:

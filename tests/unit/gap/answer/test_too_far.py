@@ -19,15 +19,16 @@ from rig.record import Column, Record
 
 
 def standing_still(column: Column, share: float, period: int = 400) -> Column:
-    """A pressure that stands still for a share of every so many samples, as where commands do not arrive."""
+    """A pressure that stands still for a share of every so many samples, as where commands do not arrive; its monitor
+    goes on to flicker."""
     rows = np.arange(len(column))
-    begun = rows - rows % period
-    held: Column = np.where(rows % period < share * period, column[begun], column)
+    begun, flicker = rows - rows % period, np.random.default_rng(len(column)).normal(0.0, 0.0005, len(column))
+    held: Column = np.where(rows % period < share * period, column[begun] + flicker, column)
     return held
 
 
 def stalled(share: float) -> Callable[[Record], Record]:
-    """Records whose monitors both stand still for so much of the time."""
+    """Records whose pressures both stand still for so much of the time."""
 
     def stalls(record: Record) -> Record:
         assert record.p1_mpa is not None
