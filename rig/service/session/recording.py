@@ -24,7 +24,7 @@ def _recorder(*arguments: Any) -> None:
     record(*arguments)
 
 
-class Recording:
+class SessionRecording:
     """From `start` on the recorder writes what it is told to expect, until `finish`; `end` waits for its end."""
 
     def __init__(self, ring: Ring, session: int) -> None:

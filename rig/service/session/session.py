@@ -26,7 +26,7 @@ from rig.service.processes import continue_process, start_process
 from rig.service.records.recorder_messages import RunResult
 from rig.service.session.heir import Heir
 from rig.service.session.process_watch import PathMaker, ProcessWatch
-from rig.service.session.recording import Recording
+from rig.service.session.recording import SessionRecording
 from rig.service.session.setups import LoopSetup
 from rig.service.session.watchers import WatcherEntry, Watchers, await_ready
 
@@ -100,7 +100,7 @@ class Session:
         self.ticked = False
         """Whether the loop had ever ticked then: before, it writes nothing."""
         self.loop: BaseProcess | None = None
-        self.recording = Recording(self.ring, self.id)
+        self.recording = SessionRecording(self.ring, self.id)
         self._dismissed = False
         self._loop_pipe: Connection | None = None
 
@@ -160,7 +160,7 @@ class Session:
 
     def end_recording(self) -> None:
         """Let the recorder finish what is open, and end: there is no loop any more. To be called again and again, as
-        `Recording.finish`."""
+        `SessionRecording.finish`."""
         self.recording.finish(None if self.watch is None else self.watch.loop_fault)
 
     def beat(self) -> None:
