@@ -8,7 +8,7 @@ from typing import Any
 
 import click
 
-from rig.app.terminal import console, styled
+from rig.app.terminal import console, listing, styled
 from rig.cli.common import Number, emit, json_option
 from rig.cli.outputs import FORMERLY_OUTPUT, Group, Renamed, figure_option, output_option
 from rig.counted import counted
@@ -28,12 +28,19 @@ def log() -> None:
 @_FILES
 @json_option
 def info(logs: tuple[Path, ...], json_to: str | None) -> None:
-    """What LOGs hold: records, duration, rate, columns, run facts, log lines."""
-    from rig.app.records.logs import describe, found_files, plain_lines
+    """What LOGs hold: of one file its duration, rate, columns, run facts and log lines, of several a line each."""
+    from rig.app.records.logs import OVERVIEW, describe, found_files, overview, plain_lines
 
     descriptions = [describe(file) for file in found_files(logs)]
     terminal = console(json_to)
-    for item in descriptions:
+    if len(descriptions) > 1:
+        table = listing(*OVERVIEW)
+        for item in descriptions:
+            for row in overview(item):
+                table.add_row(*row)
+        terminal.print(table)
+    else:
+        (item,) = descriptions
         terminal.print(item["file"], style="bold")
         for line in plain_lines({key: value for key, value in item.items() if key not in ("file", "log")}):
             terminal.print(f"  {line}")

@@ -68,6 +68,25 @@ def describe(path: Path) -> dict[str, Any]:
     }
 
 
+OVERVIEW: Final = ("log", "session", "began (UTC)", "seconds", "samples", "missed", "ended")
+"""The columns of `overview`."""
+
+
+def overview(described: Mapping[str, Any]) -> list[list[str]]:
+    """A line of a table for each record of a described file, in the order of `OVERVIEW`; a fault stands behind how the
+    record ended."""
+    file, facts = described["file"], described["facts"]
+    session, began = (_shown(name, facts[name]) if name in facts else "" for name in ("session", "started_ns"))
+    began = began.partition("(")[2].removesuffix(" UTC)")
+    if "records" in described:
+        return [
+            [file, session, began, f"{one['seconds']:.4g}", str(one["rows"]), "", ""] for one in described["records"]
+        ]
+    ended = ": ".join(filter(None, (described["ended"], str(facts.get("fault") or ""))))
+    missed = str(facts.get("missed", ""))
+    return [[file, session, began, f"{described['seconds']:.4g}", str(described["samples"]), missed, ended]]
+
+
 def plain_lines(told: Mapping[str, Any]) -> Iterator[str]:
     """A description for a person: a line a value, what belongs to one key below it."""
     for key, value in told.items():

@@ -2,6 +2,7 @@
 
 import json
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -44,6 +45,22 @@ def test_info_of_a_table_is_told_in_lines(call, tmp_path: Path) -> None:
         *("  records:", "    name: sine", "    rows: 3", "    seconds: 0.02"),
         *("    period_s: 0.01", "    columns: t_s, dp_cmd_mpa, angle_deg"),
     ], "a person read Python's own words for a list"
+
+
+def test_info_of_several_is_a_line_each(call, tmp_path: Path) -> None:
+    """A folder of seven records was three hundred lines."""
+    made_log(tmp_path / "a.mcap", 300)
+    content = made_content(400)
+    facts = {**content.result_facts, "fault": "DEVICE_LOST", "ended": "fault", "missed": 3}
+    write_content(replace(content, result_facts=facts), tmp_path / "b.mcap")
+    (tmp_path / "sine.csv").write_text("t_s,dp_cmd_mpa,angle_deg\n0,0,0\n0.01,0.1,1\n0.02,0.2,3\n")
+    status, out, _ = call("log", "info", tmp_path)
+    assert status == 0
+    titles, *lines = [line.split() for line in out.splitlines()]
+    assert titles == ["log", "session", "began", "(UTC)", "seconds", "samples", "missed", "ended"]
+    assert [line[0] for line in lines] == [f"{tmp_path}/{name}" for name in ("a.mcap", "b.mcap", "sine.csv")]
+    assert lines[1][-4:] == ["400", "3", "fault:", "DEVICE_LOST"]
+    assert lines[2][1:] == ["0.02", "3"]
 
 
 def test_check_says_all_findings_and_ends_with_one(call, tmp_path: Path) -> None:
