@@ -203,6 +203,8 @@ def validate(model: Path, logs: tuple[Path, ...], beside: tuple[Path, ...], json
 
     Exit status 1 when the model is not bounded over the sweep range.
     """
+    if model.is_dir() or model.suffix in (".mcap", ".csv", ".gz"):
+        raise click.UsageError(f"{model} is no model: MODEL.yaml comes first, the logs behind it")
     _one_blas_thread()
     from rig.app.shipped import find_config
     from rig.cli.model.shown import show_validation, show_worst, validation_json

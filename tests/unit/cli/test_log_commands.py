@@ -60,7 +60,7 @@ def test_info_of_several_is_a_line_each(call, tmp_path: Path) -> None:
     assert titles == ["log", "session", "began", "(UTC)", "seconds", "samples", "missed", "ended"]
     assert [line[0] for line in lines] == [f"{tmp_path}/{name}" for name in ("a.mcap", "b.mcap", "sine.csv")]
     assert lines[1][-4:] == ["400", "3", "fault:", "DEVICE_LOST"]
-    assert lines[2][1:] == ["0.02", "3"]
+    assert lines[2][1:] == [tmp_path.name, "0.02", "3"]
 
 
 def test_check_says_all_findings_and_ends_with_one(call, tmp_path: Path) -> None:

@@ -53,3 +53,10 @@ def test_a_folder_of_scores_alone_holds_no_log(folder: Path) -> None:
 def test_a_record_whose_first_column_is_a_record_number_is_one(tmp_path: Path) -> None:
     (tmp_path / "a.csv").write_text("record,t_s,dp_cmd_mpa,angle_deg\n1,0,0,0\n1,0.005,0.01,1.5\n1,0.010,0.02,3\n")
     assert len(read(tmp_path)) == 1
+
+
+def test_a_log_in_the_place_of_the_model_is_said_to_stand_there(folder: Path) -> None:
+    """ "it is a folder, and a file is meant" did not say which of the two comes first."""
+    turned = CliRunner().invoke(cli, ["validate", str(folder), MODEL])
+    assert turned.exit_code == 2
+    assert "MODEL.yaml comes first, the logs behind it" in turned.output
