@@ -95,6 +95,7 @@ class RunOutcome:
                 if first.missed or first.dropped
                 else str(first.ended)
             )
-            raise CheckFailed(f"{first.file}: not valid: {first.error or lost}")
+            why = f"not valid: {first.error or lost}{self._rest}"
+            raise CheckFailed(why if first.file.name in first.error else f"{first.file}: {why}")
         if len(self.runs) < self.planned:
             raise CheckFailed(f"{len(self.runs)} of {self.planned} runs were recorded{self._rest}")

@@ -72,6 +72,15 @@ def test_an_interruption_is_130(runs: list[RunResult]) -> None:
         RunOutcome(runs, 3, interrupted=True).judge()
 
 
+def test_a_full_disk_names_the_file_once_and_says_what_became_of_the_rig() -> None:
+    full = good(valid=False, error="a.mcap.partial: cannot be written: No space left on device")
+    safe = SafeReport(Writer.LOOP, outcome=SafeOutcome.SEEN)
+    assert reproach(RunOutcome([full], 1, driven=True, safe=safe)) == (
+        "not valid: a.mcap.partial: cannot be written: No space left on device; safe state written by the loop, seen "
+        "at the device"
+    )
+
+
 def test_an_interruption_says_what_became_of_a_rig_that_was_under_way() -> None:
     safe = SafeReport(Writer.LOOP, outcome=SafeOutcome.SEEN)
     with pytest.raises(Interrupted, match=r"^interrupted; safe state written by the loop, seen at the device$"):
