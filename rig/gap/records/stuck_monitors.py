@@ -42,20 +42,22 @@ def without_stuck_monitors(records: Sequence[Record]) -> tuple[list[Record], lis
 
 def _stuck(record: Record, name: str) -> Rows:
     column: Column | None = getattr(record, name)
-    if column is None or len(record) <= STUCK_ROWS:
+    if column is None or np.isfinite(column).sum() <= STUCK_ROWS:
         return np.zeros(len(record), dtype=bool)
     return stuck(column, set_points(record, 0.0)[MONITORS.index(name)], record.period_s)
 
 
 def stuck(column: Column, set_point: Column, period_s: float) -> Rows:
     """(n,) True where a monitor (n,), MPa, stands still longer than its own noise lets it, while its set-point (n,)
-    moves; none where it has no noise to tell by."""
+    moves; none where it has no noise to tell by. At the end of its range it is clipped, and reads what it can."""
+    ends_of_range = (np.nanmin(column), np.nanmax(column))
     rows = np.zeros(len(column), dtype=bool)
     standing = np.concatenate([[False], np.diff(column) == 0.0, [False]])
     begins, ends = np.flatnonzero(~standing[:-1] & standing[1:]), np.flatnonzero(standing[:-1] & ~standing[1:])
     for begin, end in zip(begins, ends, strict=True):
         long = end - begin >= max(STUCK_ROWS, STUCK_S / period_s)
-        if long and np.ptp(set_point[begin : end + 1]) >= LEAST_SET_MPA:
+        asked = np.ptp(set_point[begin : end + 1]) >= LEAST_SET_MPA
+        if long and asked and column[begin] not in ends_of_range:
             rows[begin + 1 : end + 1] = True
     return rows if rows.any() and _flickers(column[~rows]) else np.zeros(len(column), dtype=bool)
 

@@ -47,8 +47,9 @@ def test_info_of_a_table_is_told_in_lines(call, tmp_path: Path) -> None:
     ], "a person read Python's own words for a list"
 
 
-def test_info_of_several_is_a_line_each(call, tmp_path: Path) -> None:
+def test_info_of_several_is_a_line_each(call, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A folder of seven records was three hundred lines."""
+    monkeypatch.setenv("COLUMNS", "400")
     made_log(tmp_path / "a.mcap", 300)
     content = made_content(400)
     facts = {**content.result_facts, "fault": "DEVICE_LOST", "ended": "fault", "missed": 3}

@@ -43,8 +43,13 @@ def test_one_value_where_it_flickers_else_was_not_read(step_mpa: float) -> None:
         (hung(monitor(noise_mpa=0.0003, step_mpa=0.002)), SET_POINT),
         (hung(monitor()), hung(SET_POINT)),
         (hung(monitor(), slice(1000, 1040)), SET_POINT),
+        (np.minimum(monitor(), 0.22), SET_POINT),
+        (np.maximum(monitor(), 0.17), SET_POINT),
     ],
-    ids=["alive", "a pressure that stands", "no noise to tell by", "a coarse converter", "nothing is asked", "shortly"],
+    ids=[
+        *("alive", "a pressure that stands", "no noise to tell by", "a coarse converter", "nothing is asked"),
+        *("shortly", "clipped above", "clipped below"),
+    ],
 )
 def test_what_may_stand_rightly_is_kept(column: Column, set_point: Column) -> None:
     assert not stuck(column, set_point, PERIOD_S).any()
