@@ -234,7 +234,10 @@ def _seen_beside(one: Observation, diagnosis: Diagnosis) -> str:
     """A finding that is no cause of the gap, without a full stop."""
     known = None if one.effect is None else on_the_rig(one.effect, diagnosis.channels)
     said = one.text if known is None or not one.parameters else known.says(dict(one.parameters))
-    said = said.replace("{than}", than(diagnosis)) if one.test == USUAL else one.text if "{than}" in said else said
+    if one.test == USUAL:
+        said = said.replace("{than}", than(diagnosis))
+    elif "{than}" in said:
+        said = one.text
     return f"{said[:1].lower()}{said[1:]}"
 
 
