@@ -14,17 +14,24 @@ from rig.errors import StateError
 from rig.realtime import shared
 from rig.realtime.shared import SharedBlock, is_stale, living_owner, sweep_stale
 
-pytestmark = pytest.mark.real_time
-
-
 name = pytest.fixture(unused_name)
+
+
+@pytest.fixture(autouse=True)
+def own_folder(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Where blocks live in these tests: in the machine's own folder every session that starts sweeps as well."""
+    place = tmp_path / "blocks"
+    place.mkdir()
+    monkeypatch.setattr(shared, "folder", lambda: place)
+    return place
 
 
 def of_a_dead_process(name: str) -> Path:
     """A block whose maker has ended without removing it."""
-    code = f"from rig.realtime.shared import SharedBlock; SharedBlock.create({name!r}, 7, 64)"
-    subprocess.run([sys.executable, "-c", code], check=True)
-    return shared.folder() / f"pamrig-{name}"
+    place = shared.folder()
+    code = f"from pathlib import Path; from rig.realtime import shared; shared.folder = lambda: Path({str(place)!r})"
+    subprocess.run([sys.executable, "-c", f"{code}; shared.SharedBlock.create({name!r}, 7, 64)"], check=True)
+    return place / f"pamrig-{name}"
 
 
 def test_two_that_map_a_block_see_the_same_words(name: str) -> None:
