@@ -1,22 +1,19 @@
 """The process of a guardian without a loop to watch: in the place of a daemon without a session, which tries to make a
 rig safe whose device is away, it tries when that one is killed or stopped."""
 
-import signal
 from multiprocessing.connection import Connection
 
-from rig.app.watcher_process import GoesOnAlone, outside, speak, stand_by
+from rig.app.watcher_process import GoesOnAlone, outside, speak, stand_by, stay
 from rig.errors import StateError
 from rig.realtime.safe_state import SafeBlock, SecondPath
 from rig.rig_config import RigConfig
-from rig.service.processes import name_process, tell_commander
+from rig.service.processes import tell_commander
 from rig.service.session.setups import WatcherSetup
 
 
 def heir_process(setup: WatcherSetup, pipe: Connection) -> None:
     """Entry of a guardian without a loop to watch: it stands by until it is released or has made the rig safe."""
-    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGTSTP):
-        signal.signal(number, signal.SIG_IGN)
-    name_process(setup.writer.name.lower())
+    stay(setup.writer)
     rig: RigConfig = setup.rig
     try:
         block = SafeBlock.attach(setup.block, setup.session)

@@ -61,9 +61,7 @@ def watcher_process(setup: WatcherSetup, pipe: Connection) -> None:
     They outlive the process that commands on purpose: when that one is killed, the loop must still be watched to its
     end.
     """
-    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGTSTP):
-        signal.signal(number, signal.SIG_IGN)  # it ends when the loop has ended, not before
-    name_process(setup.writer.name.lower())
+    stay(setup.writer)
     rig: RigConfig = setup.rig
     device = outside(rig, setup.options)
     try:
@@ -86,6 +84,13 @@ def watcher_process(setup: WatcherSetup, pipe: Connection) -> None:
     finally:
         with contextlib.suppress(Exception):
             device.close()
+
+
+def stay(writer: Writer) -> None:
+    """This process ends when its work is done, and not before; it is called like who it is."""
+    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGTSTP):
+        signal.signal(number, signal.SIG_IGN)
+    name_process(writer.name.lower())
 
 
 class GoesOnAlone:

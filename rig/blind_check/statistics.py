@@ -33,6 +33,7 @@ def mode_result(rows: Sequence[Row]) -> dict[str, Any]:
     return {
         **_detection_rates(rows, clear),
         **_naming_rates(single),
+        "set_size": mean(len(row.names) for row in single if row.names),
         **_closing_figures(single),
         "size_error": _median(_seen(row.size_error for row in single)),
         "size_held": Rate.of(row.size_held for row in single if row.size_held is not None).to_json(),
@@ -73,7 +74,6 @@ def _naming_rates(single: Sequence[Row]) -> dict[str, Any]:
         "class_first": rate(single, lambda row: row.class_right),
         "exact_first": rate(single, lambda row: row.exact),
         "truth_in_set": rate(single, lambda row: row.in_set),
-        "set_size": mean(len(row.names) for row in single if row.names),
     }
 
 
@@ -197,13 +197,7 @@ def reliability(rows: Sequence[Row]) -> list[dict[str, Any]]:
 
 
 def _short(rows: Sequence[Row]) -> dict[str, Any]:
-    return {
-        "stage": rate(rows, lambda row: row.stage_right),
-        "class_first": rate(rows, lambda row: row.class_right),
-        "exact_first": rate(rows, lambda row: row.exact),
-        "truth_in_set": rate(rows, lambda row: row.in_set),
-        "gap_closed": _closed(rows),
-    }
+    return _naming_rates(rows) | {"gap_closed": _closed(rows)}
 
 
 def _detection(rows: Sequence[Row], low: float, high: float) -> dict[str, Any]:

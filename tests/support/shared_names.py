@@ -4,6 +4,7 @@ import secrets
 from collections.abc import Iterator
 
 from rig.realtime import shared
+from rig.realtime.safe_state import SafeBlock
 
 
 def unused_name() -> Iterator[str]:
@@ -12,3 +13,10 @@ def unused_name() -> Iterator[str]:
     yield made
     for path in shared.folder().glob(f"pamrig-{made}*"):
         path.unlink()
+
+
+def safe_block(name: str) -> Iterator[SafeBlock]:
+    """What those who watch a rig tell each other of its safe state. For a fixture."""
+    block = SafeBlock.create(f"{name}-safe", 1)
+    yield block
+    block.block.unlink()

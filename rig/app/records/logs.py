@@ -20,7 +20,7 @@ from rig.log.foreign.mapping import Mapping as ColumnMapping
 from rig.log.foreign.mapping import left_out, load_mapping, mapped, mapping_of, raw_table
 from rig.log.foreign.tables import foreign_columns, read_tdms
 from rig.log.mcap.reader import McapLog
-from rig.log.mcap.schema import ended_of, unsound
+from rig.log.mcap.schema import ended_of, sound, unsound
 from rig.log.mcap.writer import PARTIAL_SUFFIX
 from rig.model.resample import on_grid
 from rig.outputs import check_free, file_name, make_folder, targets_in
@@ -76,8 +76,8 @@ def overview(described: Mapping[str, Any]) -> list[list[str]]:
     """A line of a table for each record of a described file, in the order of `OVERVIEW`; a fault stands behind how the
     record ended."""
     file, facts = described["file"], described["facts"]
-    session, began = (_shown(name, facts[name]) if name in facts else "" for name in ("session", "started_ns"))
-    began = began.partition("(")[2].removesuffix(" UTC)")
+    session = str(facts.get("session", ""))
+    began = "" if (started_ns := sound(facts).get("started_ns")) is None else _utc(started_ns)
     if "records" in described:
         return [
             [file, session, began, f"{one['seconds']:.4g}", str(one["rows"]), "", ""] for one in described["records"]
@@ -102,10 +102,14 @@ def plain_lines(told: Mapping[str, Any]) -> Iterator[str]:
 
 def _shown(key: str, value: Any) -> str:
     if key == "started_ns" and not unsound({key: value}):
-        return f"{value} ({datetime.fromtimestamp(value / 1e9, UTC):%Y-%m-%d %H:%M:%S} UTC)"
+        return f"{value} ({_utc(value)} UTC)"
     if isinstance(value, list):
         return ", ".join(map(str, value))
     return f"{value:.6g}" if isinstance(value, float) else str(value)
+
+
+def _utc(started_ns: int) -> str:
+    return f"{datetime.fromtimestamp(started_ns / 1e9, UTC):%Y-%m-%d %H:%M:%S}"
 
 
 def _describe_mcap(path: Path) -> dict[str, Any]:

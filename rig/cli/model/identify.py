@@ -203,17 +203,18 @@ def validate(model: Path, logs: tuple[Path, ...], beside: tuple[Path, ...], json
 
     Exit status 1 when the model is not bounded over the sweep range.
     """
-    if model.is_dir() or model.suffix in (".mcap", ".csv", ".gz"):
-        raise click.UsageError(f"{model} is no model: MODEL.yaml comes first, the logs behind it")
     _one_blas_thread()
     from rig.app.shipped import find_config
     from rig.cli.model.shown import show_validation, show_worst, validation_json
     from rig.errors import CheckFailed
     from rig.identify.validate import validate as judge
+    from rig.log.reader import is_named_like_one
     from rig.model.parameters import load_model
     from rig.own_units import own_text
     from rig.report.fit_files import write_validation
 
+    if model.is_dir() or is_named_like_one(model):
+        raise click.UsageError(f"{model} is no model: MODEL.yaml comes first, the logs behind it")
     models = {path: load_model(find_config(path, "models")) for path in (model, *beside)}
     records, options = _read(logs), _options(asked)
     sweep = _sweep(asked["sweep_range"], asked["amplitude"], records)

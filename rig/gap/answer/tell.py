@@ -16,6 +16,7 @@ from rig.gap.answer.kept import dropped_effects, effects_not_kept, kept_effects,
 from rig.gap.answer.observations import judged_signatures, stuck_monitors, usual_of_a_simulator
 from rig.gap.answer.result import Cause, Diagnosis, Observation, Ranked
 from rig.gap.answer.where import frequency_shares, over_time, phase_shares, region_shares
+from rig.gap.evidence.posterior import Posterior
 from rig.gap.hypotheses.fit import Fit
 from rig.gap.hypotheses.inverse_problems import ANGLE, PRESSURES
 from rig.gap.hypotheses.library import LIBRARY, NONE, UNKNOWN
@@ -243,13 +244,11 @@ def _unknowns(findings: Findings, kept: Sequence[Kept], before: float) -> list[C
         useless = id(posterior) in left_out
         if posterior.found and (posterior.fit is None or posterior.beside > EVEN_CHANCE or useless):
             near = sorted(posterior.fits, key=lambda name: -posterior.probability[name])[:2]
-            factor = posterior.problem.name
-            stage = posterior.fits[near[0]].effect.stage if near else _usual_stage(factor)
             chance = posterior.probability[UNKNOWN] if posterior.fit is None else posterior.beside
             chance = 1.0 - posterior.probability[NONE] if useless else chance
             if id(posterior) in dropped:
                 chance = min(chance, EITHER_CHANCE)
-            found.append(_unknown(stage, factor, before, near, chance))
+            found.append(_unknown_on(posterior, before, near, chance))
     return found
 
 
@@ -261,9 +260,13 @@ def _unknown(
     return Cause(UNKNOWN, stage, judged_on, None, {}, gap_deg, gap_deg, 0.0, tuple(near), chance)
 
 
-def _usual_stage(factor: str) -> str:
-    """Where something unknown is that a factor shows and that is like no effect."""
-    return "valve" if factor == PRESSURES else "joint"
+def _unknown_on(posterior: Posterior, gap_deg: float, near: Sequence[str], chance: float = EITHER_CHANCE) -> Cause:
+    """The same on a factor: at the stage of what is nearest, and where that is like no effect ahead of the monitors or
+    behind them."""
+    factor = posterior.problem.name
+    nowhere = "valve" if factor == PRESSURES else "joint"
+    stage = posterior.fits[near[0]].effect.stage if near else nowhere
+    return _unknown(stage, factor, gap_deg, near, chance)
 
 
 def _explained(kept: Sequence[Kept], before: float, after: float, floor: float) -> float:
@@ -317,9 +320,7 @@ def _too_far(findings: Findings, before: float, said: Collection[str]) -> list[C
         return []
     judged = {one.problem.name: one for one in findings.posteriors}  # of two effects the second, which knows the first
     return [
-        _unknown(one.fit.effect.stage, factor, before, [one.best])
-        if one.fit
-        else _unknown(_usual_stage(factor), factor, before)
+        _unknown_on(one, before, [one.best] if one.fit else [])
         for factor, one in judged.items()
         if factor not in said and one.beyond > FAR
     ]

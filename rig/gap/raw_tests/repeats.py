@@ -109,7 +109,8 @@ def repeated_samples(
         least, own = 0.0, count(cases, 0.0)
     usual = [count(session, least) for session in sessions]
     dealt = step_deg > 0.0 and (not usual or _is_louder(cases, sessions, level_of))
-    anew = [count(_dealt(cases, step_deg, seed), least) for seed in range(DEALINGS)] if dealt else []
+    parts = _parted(cases, step_deg) if dealt else []
+    anew = [count(_dealt(parts, step_deg, seed), least) for seed in range(DEALINGS)] if dealt else []
     chance = by_chance_at_speed(usual, anew)
     found = excess(own, chance)
     days = [excess(day, chance) for day in usual]
@@ -249,18 +250,26 @@ def _is_louder(cases: Sequence[Record], sessions: Sequence[Sequence[Record]], le
     return level_of(angles_of(cases)) > math.exp(LEAST_LOUDER) * max(usual)
 
 
-def _dealt(records: Sequence[Record], step: float, seed: int) -> list[Record]:
-    """The records with their own noise dealt anew, on the converter's step: what repeats in them does so by chance. The
-    noise of another time, so that it keeps its colour; without the step's own share in it, which rounding adds again.
-    """
-    random = np.random.default_rng(seed)
-    dealt = []
+def _parted(records: Sequence[Record], step: float) -> list[tuple[Record, Column, Column]]:
+    """Each record with its motion and its own noise (n,), deg; without the step's own share in that."""
+    parts = []
     for record, angle in zip(records, angles_of(records), strict=True):
         whole = filled_in(angle)
         smooth = smoothed(whole, SLOPE_ROWS, mirrored=True)
-        noise = np.roll(whole - smooth, int(random.integers(len(whole) // 4, 3 * len(whole) // 4 + 1)))
+        noise = whole - smooth
         own = math.sqrt(max(1.0 - step**2 / 12.0 / max(float(np.var(noise)), 1e-30), 0.0))
-        dealt.append(replace(record, angle_deg=step * np.round((smooth + own * noise) / step)))
+        parts.append((record, smooth, own * noise))
+    return parts
+
+
+def _dealt(parts: Sequence[tuple[Record, Column, Column]], step: float, seed: int) -> list[Record]:
+    """The records (`_parted`) with their own noise dealt anew, on the converter's step, whose share rounding adds
+    again: what repeats in them does so by chance. The noise of another time, so that it keeps its colour."""
+    random = np.random.default_rng(seed)
+    dealt = []
+    for record, smooth, noise in parts:
+        moved = np.roll(noise, int(random.integers(len(noise) // 4, 3 * len(noise) // 4 + 1)))
+        dealt.append(replace(record, angle_deg=step * np.round((smooth + moved) / step)))
     return dealt
 
 

@@ -50,14 +50,13 @@ def _stuck(record: Record, name: str) -> Rows:
 def stuck(column: Column, set_point: Column, period_s: float) -> Rows:
     """(n,) True where a monitor (n,), MPa, stands still longer than its own noise lets it, while its set-point (n,)
     moves; none where it has no noise to tell by. At the end of its range it is clipped, and reads what it can."""
-    ends_of_range = (np.nanmin(column), np.nanmax(column))
     rows = np.zeros(len(column), dtype=bool)
     standing = np.concatenate([[False], np.diff(column) == 0.0, [False]])
     begins, ends = np.flatnonzero(~standing[:-1] & standing[1:]), np.flatnonzero(standing[:-1] & ~standing[1:])
-    for begin, end in zip(begins, ends, strict=True):
-        long = end - begin >= max(STUCK_ROWS, STUCK_S / period_s)
+    long = ends - begins >= max(STUCK_ROWS, STUCK_S / period_s)
+    for begin, end in zip(begins[long], ends[long], strict=True):
         asked = np.ptp(set_point[begin : end + 1]) >= LEAST_SET_MPA
-        if long and asked and column[begin] not in ends_of_range:
+        if asked and np.nanmin(column) < column[begin] < np.nanmax(column):
             rows[begin + 1 : end + 1] = True
     return rows if rows.any() and _flickers(column[~rows]) else np.zeros(len(column), dtype=bool)
 

@@ -90,11 +90,17 @@ class LeftUnsafe:
         self.owed = self.owed and not self.report.safe
         return self.report
 
-    def bequeath(self, meanwhile: Callable[[], None] | None = None) -> str:
+    def insist(self, _: Callable[[], bool], attempt: Callable[[], None]) -> str:
+        """For a session that is closed before another is opened (`Insistence`): see that somebody insists on its safe
+        state without this process, and add nothing to what is told of the rig."""
+        self.bequeath(attempt)
+        return ""
+
+    def bequeath(self, meanwhile: Callable[[], None] | None = None) -> None:
         """See that somebody goes on without this process. `meanwhile` is called ten times a second until he is ready;
-        None: he is not waited for. Returns what is to be added to what is told of the rig: nothing."""
+        None: he is not waited for."""
         if self._heir is not None and self._heir.alive:
-            return ""
+            return
         try:
             if self._heir is not None:
                 self._heir.end()
@@ -103,7 +109,6 @@ class LeftUnsafe:
                 self._heir.await_ready(meanwhile)
         except (RigError, OSError) as error:
             _LOG.error("nobody would go on to make the rig safe without this process: %s", error)
-        return ""
 
     def end(self) -> str:
         """Try no more, and nobody else; returns what became of the rig, in words, and nothing where no session has left

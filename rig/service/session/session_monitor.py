@@ -145,7 +145,7 @@ class SessionMonitor:
         if session is None:
             return self._left.end() or "the rig was not open, and nothing was written to it"
         self._left.begin_with(session)  # what is known until it has ended
-        left = session.close(say, (lambda _, attempt: self._left.bequeath(attempt)) if again else None)
+        left = session.close(say, self._left.insist if again else None)
         self._left.take(session)
         self.results |= {result.run: result for result in left}
         for result in left:

@@ -2,10 +2,9 @@
 
 import os
 import time
-from collections.abc import Iterator
 
 import pytest
-from support.shared_names import unused_name
+from support.shared_names import safe_block, unused_name
 
 from rig.app import compose, watcher_process
 from rig.app.trying_on import ALONE_S
@@ -13,13 +12,7 @@ from rig.app.watcher_process import GoesOnAlone
 from rig.realtime.safe_state import SafeBlock, Writer
 
 name = pytest.fixture(unused_name)
-
-
-@pytest.fixture
-def block(name: str) -> Iterator[SafeBlock]:
-    block = SafeBlock.create(f"{name}-safe", 1)
-    yield block
-    block.block.unlink()
+block = pytest.fixture(safe_block)
 
 
 def test_while_somebody_commands_it_is_he_who_tries_on(block: SafeBlock) -> None:

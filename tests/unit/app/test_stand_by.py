@@ -2,11 +2,11 @@
 
 import os
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from types import SimpleNamespace
 
 import pytest
-from support.shared_names import unused_name
+from support.shared_names import safe_block, unused_name
 
 from rig.app import compose, watcher_process
 from rig.app.watcher_process import GoesOnAlone, stand_by
@@ -14,13 +14,7 @@ from rig.errors import DeviceError
 from rig.realtime.safe_state import Outcome, SafeBlock, SecondPath, Writer
 
 name = pytest.fixture(unused_name)
-
-
-@pytest.fixture
-def block(name: str) -> Iterator[SafeBlock]:
-    block = SafeBlock.create(f"{name}-safe", 1)
-    yield block
-    block.block.unlink()
+block = pytest.fixture(safe_block)
 
 
 class Story:

@@ -51,9 +51,7 @@ LIES_IN = {
 def answers(diagnosis: Diagnosis) -> dict[str, str]:
     """Question -> answer: what it is, what doubts all of it, how far, re-tuning, what stays, what to look at; then
     where and how sure."""
-    told, said_first = {"Answer:": " ".join(headline(diagnosis))}, _in_samples(diagnosis)
-    if diagnosis.verdict is Verdict.NONE:
-        said_first += [one for one in diagnosis.observations if one.test.startswith(MONITOR)]
+    told = {"Answer:": " ".join(headline(diagnosis))}
     told["Doubt:"] = "; ".join(diagnosis.doubts)
     told["Why:"] = _of_each([(one.noun, one.reasons) for one in _known(diagnosis)])
     told["Look at:"] = _of_each([(one.noun, one.look_at) for one in _known(diagnosis)])
@@ -61,8 +59,11 @@ def answers(diagnosis: Diagnosis) -> dict[str, str]:
         told["Re-tuning:"] = _retuning(diagnosis)
     if _named(diagnosis) or diagnosis.verdict is Verdict.UNKNOWN:
         told["What stays:"] = _stays(diagnosis)
-    if beside := [one for one in diagnosis.observations if one not in said_first]:
-        told["Also seen:"] = "; ".join(_seen_beside(one, diagnosis) + _no_cause(one) for one in beside) + "."
+    seen = diagnosis.observations
+    if diagnosis.verdict is Verdict.NONE:  # the answer says these
+        seen = [one for one in seen if not (_is_of_samples(one) or one.test.startswith(MONITOR))]
+    if seen:
+        told["Also seen:"] = "; ".join(_seen_beside(one, diagnosis) + _no_cause(one) for one in seen) + "."
     told["Compared with:"] = reference(diagnosis)
     if diagnosis.causes:
         told["Where:"] = _where(diagnosis)
@@ -82,7 +83,7 @@ def answers(diagnosis: Diagnosis) -> dict[str, str]:
 def headline(diagnosis: Diagnosis) -> list[str]:
     """The first lines: sentences that somebody at the rig understands at once."""
     if diagnosis.verdict is Verdict.NONE:
-        found = [_seen_beside(one, diagnosis) for one in _in_samples(diagnosis)]
+        found = [_seen_beside(one, diagnosis) for one in diagnosis.observations if _is_of_samples(one)]
         return [nothing(diagnosis), *([f"Single samples show more: {'; '.join(found)}."] if found else [])]
     named = _named(diagnosis)
     if not named:
@@ -223,11 +224,9 @@ def _unknown(diagnosis: Diagnosis) -> str:
     return f"{what}{_seen(diagnosis)}, and {no_effect(diagnosis)} explains it.{nearest}"
 
 
-def _in_samples(diagnosis: Diagnosis) -> list[Observation]:
-    """What single samples show, where nothing else is found: that is the answer then, however little of the gap."""
-    if diagnosis.verdict is not Verdict.NONE:
-        return []
-    return [one for one in diagnosis.observations if one.test == STUCK or (one.effect and one.test != USUAL)]
+def _is_of_samples(one: Observation) -> bool:
+    """Single samples show it: where nothing else is found, that is a part of the answer, however little of the gap."""
+    return one.test == STUCK or (one.effect is not None and one.test != USUAL)
 
 
 def _seen_beside(one: Observation, diagnosis: Diagnosis) -> str:
