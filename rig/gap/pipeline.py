@@ -15,13 +15,13 @@ from rig.channels import REST_MPA
 from rig.errors import RecordError
 from rig.gap.answer.findings import Findings
 from rig.gap.answer.how_far.held_out import HowFar, how_far
-from rig.gap.answer.how_far.retuning import retune
+from rig.gap.answer.how_far.retuning import EffectChange, retune
 from rig.gap.answer.result import Diagnosis
 from rig.gap.answer.tell import tell
 from rig.gap.evidence.posterior import Posterior, judge
 from rig.gap.evidence.second import with_second
 from rig.gap.hypotheses.fit import Fit
-from rig.gap.hypotheses.inverse_problems import InverseProblem, angle_problem, pressure_problem
+from rig.gap.hypotheses.inverse_problems import PRESSURES, InverseProblem, angle_problem, pressure_problem
 from rig.gap.hypotheses.library import NONE, UNKNOWN, Effect, chosen
 from rig.gap.plan.candidates import SweepEnvelope
 from rig.gap.raw_tests.codes import ConverterCode, centred
@@ -31,7 +31,7 @@ from rig.gap.raw_tests.repeats import bridged, lost_rows
 from rig.gap.raw_tests.signature import Signature
 from rig.gap.records.kept import pair_with_kept
 from rig.gap.records.pairs import Pair, Pairing, pair_up
-from rig.gap.reference.build import Expected, Kind, expect, read_right
+from rig.gap.reference.build import Expected, Kind, commanded_gaps, expect, read_right
 from rig.gap.reference.known_noise import known_noise
 from rig.gap.reference.monitors import misread
 from rig.gap.reference.own_days import pressure_days
@@ -93,8 +93,7 @@ def answer(question: Question) -> tuple[Diagnosis, Grounds]:
         simulator, expected = None, replace(expected, pairing=replace(expected.pairing, strange=(strange,)))
     refit = None
     if simulator is not None and not question.kind.by_days:  # what has changed is no matter of the simulator's
-        changes = {name: fit.change for name, fit in posteriors[-1].fits.items()}
-        refit = retune(simulator, expected.pairs, expected.driven, changes)
+        refit = retune(simulator, expected.pairs, expected.driven, _effect_changes(expected, posteriors))
     grounds = Grounds(simulator, expected, posteriors)
 
     def after(causes: Sequence[tuple[str, Fit]]) -> HowFar:
@@ -113,6 +112,19 @@ def answer(question: Question) -> tuple[Diagnosis, Grounds]:
         question.envelope,
     )
     return tell(findings, after), grounds
+
+
+def _effect_changes(expected: Expected, posteriors: Sequence[Posterior]) -> dict[str, EffectChange]:
+    """What each effect changes, as it fits best by itself: behind the monitors where it was judged on both sides."""
+    ahead, behind = posteriors[0], posteriors[-1]
+    found = {}
+    if ahead.problem.name == PRESSURES:
+        healthy = np.concatenate(commanded_gaps(expected))
+        for name, fit in ahead.fits.items():
+            p1, p2 = np.split(fit.change, 2)
+            angle = healthy - np.concatenate(commanded_gaps(expected, [fit.applied]))
+            found[name] = EffectChange(angle, (p1, p2))
+    return found | {name: EffectChange(fit.change) for name, fit in behind.fits.items()}
 
 
 def weigh(question: Question) -> tuple[list[Signature], Expected, tuple[Posterior, ...]]:

@@ -91,8 +91,8 @@ class Retuning:
     moved: tuple[ParameterMove, ...]
     """Parameters that plainly moved, those that close most first."""
     looks_like: tuple[str, ...] = ()
-    """Effects of the angle that a fit of these parameters absorbs in the same way: where it closes the gap, any of
-    them may be what is there."""
+    """Effects that a fit of these parameters absorbs in the same way, in the angle and, ahead of the monitors, in the
+    pressures: where it closes the gap, any of them may be what is there."""
     muscles: float = 0.0
     """The part of all that re-tuning closes that goes with the muscles' own curve and loop, whose numbers say nothing
     one by one."""

@@ -15,7 +15,7 @@ from rig.gap.answer.how_far.held_out import HowFar, how_far
 from rig.gap.answer.how_far.retuning import retune
 from rig.gap.diagnosis import diagnose_with_grounds
 from rig.gap.hypotheses.fit import Fit
-from rig.gap.hypotheses.library import NONE, UNKNOWN
+from rig.gap.hypotheses.library import LIBRARY, NONE, UNKNOWN
 from rig.gap.pipeline import Grounds
 from rig.gap.records.pairs import pair_up
 from rig.gap.settings import fitted
@@ -137,6 +137,23 @@ def test_a_dead_time_beside_a_sister_with_other_regulators_is_that_dead_time(fil
     first = found.causes[0]
     assert "delay" in ([first.effect] if sure else [first.effect, *first.ambiguous_with])
     assert grounds.posteriors[0].fits["delay"].sizes[0] == pytest.approx(0.06, rel=0.15)
+
+
+def test_regulators_that_re_tuning_slows_look_like_a_lag_and_like_nothing_behind_the_monitors() -> None:
+    found, _ = diagnose_with_grounds(sister(0.6, 0.6), session(79), reference="simulator")
+    assert found.verdict == "none"
+    assert found.retuning is not None
+    assert {one.name for one in found.retuning.moved[:2]} == {"valve1_tau_s", "valve2_tau_s"}
+    assert found.retuning.looks_like[0] == "valve_lag"
+    assert all(LIBRARY[name].upstream for name in found.retuning.looks_like)
+
+
+def test_dry_friction_that_re_tuning_absorbs_looks_like_nothing_ahead_of_the_monitors() -> None:
+    rubs = session(79, AddedEffect("coulomb_friction", {"width_deg": 1.0}))
+    found, _ = diagnose_with_grounds(sister(), rubs, reference="simulator")
+    assert found.retuning is not None
+    assert "coulomb_friction" in found.retuning.looks_like
+    assert "valve_lag" not in found.retuning.looks_like
 
 
 def test_each_rig_has_a_zero_of_its_own() -> None:

@@ -29,7 +29,8 @@ PLAIN = 2.5
 COLOUR = 25.0
 """Rows that count as one: residuals of a simulator are coloured over about a second."""
 USEFUL = 0.9
-"""Re-tuning that leaves more than this share of the mean square on other records moved nothing worth telling."""
+"""Re-tuning that leaves more than this share of the mean square on other records moved nothing worth telling; nor did
+parameters that close less than the rest of it of what all close."""
 LEAST_MOVE = 0.01
 """Relative moves below this are none, whatever their standard deviation says."""
 ALIKE = 0.5
@@ -84,12 +85,22 @@ def retuned_model(model: Model, expected: Expected) -> Model:
     return replace(found.model, provenance=replace(model.provenance, text=text))
 
 
+@dataclass(frozen=True)
+class EffectChange:
+    """What an effect, as it fits best, changes in the columns of all pairs, one after the other."""
+
+    angle_deg: Column
+    """(n,)"""
+    pressures_mpa: tuple[Column, Column] | None = None
+    """(n,) each; None for what acts behind the monitors."""
+
+
 def retune(
-    model: Model, pairs: Sequence[Pair], pressures: bool, changes: Mapping[str, Column] | None = None
+    model: Model, pairs: Sequence[Pair], pressures: bool, changes: Mapping[str, EffectChange] | None = None
 ) -> Refit | None:
     """The simulator fitted again to these records; None where it runs away under them or has no parameters to fit.
 
-    `changes`: what each effect, as it fits best, changes in the angle of all pairs, deg; (n,) one after the other.
+    `changes`: of which effects it is asked whether the simulator's own parameters absorb them.
     """
     names = _tuned(model)
     if not names:
@@ -120,7 +131,7 @@ def retune(
         float(np.sqrt(before.mean())),
         float(np.sqrt(after.mean())),
         tuple(sorted(moved, key=lambda one: -one.share)),
-        _alike(errors, fit, len(names), changes or {}),
+        _alike(errors, fit, [slot for slot, _ in names], changes or {}),
         float(sum(shares[k] for k, (slot, _) in enumerate(names) if slot == "muscle")),
     )
     return Refit(_with(model, names, start + scales * x), retuning)
@@ -136,13 +147,25 @@ def _tuned(model: Model) -> list[tuple[str, str]]:
     ]
 
 
-def _alike(errors: "_Errors", fit: Descent, count: int, changes: Mapping[str, Column]) -> tuple[str, ...]:
-    """The effects that these parameters absorb, and whose absorbed part is what the fit closed; likeliest first."""
-    slopes = fit.jacobian[:-count] * errors.of_angle[:, None]
-    closed = slopes @ fit.x
-    inverse = np.linalg.pinv(slopes.T @ slopes + np.eye(count))
+def _alike(
+    errors: "_Errors", fit: Descent, slots: Sequence[str], changes: Mapping[str, EffectChange]
+) -> tuple[str, ...]:
+    """The effects that these parameters absorb, and whose absorbed part is what the fit closed; likeliest first.
+
+    Where the pressures are known, what acts behind the monitors looks like what the parameters behind them closed of
+    the angle, and what acts ahead of them like what all closed of all columns.
+    """
+    driven = any(change.pressures_mpa is not None for change in changes.values())
+    behind = np.array([slot != "valve" or not driven for slot in slots])
+    of_all = square_sum(errors.of_angle * (fit.jacobian[: -len(slots)] @ fit.x))
     found = {}
     for name, change in changes.items():
+        ahead = change.pressures_mpa is not None
+        seen, asked = (np.ones_like(errors.of_angle), behind | ahead) if ahead else (errors.of_angle, behind)
+        slopes = fit.jacobian[: -len(slots), asked] * seen[:, None]
+        closed, inverse = slopes @ fit.x[asked], np.linalg.pinv(slopes.T @ slopes + np.eye(int(asked.sum())))
+        if square_sum(errors.of_angle * closed) < (1.0 - USEFUL) * of_all:
+            continue
         moved = -errors.of_change(change)
         absorbed = slopes @ (inverse @ (slopes.T @ moved))
         share = square_sum(absorbed) / max(square_sum(moved), 1e-12)
@@ -268,14 +291,13 @@ class _Errors:
             [np.repeat([1.0, 0.0], [rows, 2 * rows]) for rows in (len(pair.t_s[::THINNED]) for pair in self._pairs)]
         )
 
-    def of_change(self, change: Column) -> Column:
-        """(r,) a change of the angle of all pairs (n,), deg, as errors are counted."""
+    def of_change(self, change: EffectChange) -> Column:
+        """(r,) a change, as errors are counted."""
+        p1, p2 = change.pressures_mpa or (np.zeros_like(change.angle_deg),) * 2
+        columns = (change.angle_deg / self._angle_unit, p1 / self._pressure_unit, p2 / self._pressure_unit)
         ends = np.cumsum([len(pair.t_s) for pair in self._pairs])[:-1]
-        parts = [
-            (one * pair.used)[::THINNED] / self._angle_unit
-            for one, pair in zip(np.split(change, ends), self._pairs, strict=True)
-        ]
-        return np.concatenate([np.concatenate([one, np.zeros(2 * len(one))]) for one in parts])
+        parts = zip(self._pairs, *(np.split(column, ends) for column in columns), strict=True)
+        return np.concatenate([(one * pair.used)[::THINNED] for pair, *three in parts for one in three])
 
     def angle_ms(self, weighed: Column) -> Column:
         """Mean square of each record's angle error, deg^2, from its thinned errors."""
