@@ -114,6 +114,14 @@ class Hunted:
 
     hunt: Hunt
     finding: HuntFinding | None
+    cut_short_by: str = ""
+    """The error or interruption that the hunt broke off by, which leaves it open to go on; empty where it came to an
+    end of its own."""
+
+    @property
+    def ended(self) -> str:
+        """How it ended, as its page and the JSON of the command say it."""
+        return f"cut short: {self.cut_short_by}" if self.cut_short_by else self.hunt.ended
 
     def to_json(self) -> dict[str, object]:
         """The JSON of the command."""
@@ -121,7 +129,7 @@ class Hunted:
             "steps": [step.to_json() for step in self.hunt.steps],
             "diagnosis": None if self.finding is None else self.finding.diagnosis.to_json(),
             "minutes": self.hunt.minutes,
-            "ended": self.hunt.ended,
+            "ended": self.ended,
             "folder": str(self.hunt.folder),
         }
 
@@ -337,8 +345,7 @@ def _tell_cut(
     if not learnt and not (options.folder / FILE).exists():
         return
     so_far = open_hunt(options.folder, options.asked)
-    why = str(error) or "interrupted"
-    cut = Hunted(replace(so_far, ended=f"cut short: {why}"), learnt[-1] if learnt else None)
+    cut = Hunted(so_far, learnt[-1] if learnt else None, cut_short_by=str(error) or "interrupted")
     with suppress(RigError, OSError):
         _write_pages(options, cut)
     tell(cut)
@@ -361,7 +368,7 @@ def _write_pages(options: HuntOptions, found: Hunted) -> None:
         options.rig.name,
         steps,
         found.hunt.minutes,
-        found.hunt.ended,
+        found.ended,
         None if finding is None else finding.diagnosis,
         "report.html" if finding is not None else "",
     )

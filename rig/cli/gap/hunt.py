@@ -143,5 +143,5 @@ def _show(found: "Hunted", json_to: str | None) -> None:
         for line in headline(diagnosis):
             out.print(own_text(line, diagnosis.channels))
     # why it was cut short is the error that the command ends by, right below
-    ended = "cut short" if so_far.ended.startswith("cut short: ") else so_far.ended
+    ended = "cut short" if found.cut_short_by else found.ended
     out.print(f"ended: {ended}; {so_far.minutes:.1f} min on the rig; {so_far.folder / 'hunt.html'}")

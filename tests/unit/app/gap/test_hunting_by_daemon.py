@@ -150,7 +150,7 @@ def test_ctrl_c_leaves_the_sweep_to_the_daemon_and_says_so(options: HuntOptions,
     with pytest.raises(Interrupted, match="the daemon has step_1"):
         hunt_and_tell(options, lambda step: True, lambda step: None, told.append)
     assert daemon.working
-    assert told[0].hunt.ended.startswith("cut short: interrupted")
+    assert told[0].ended.startswith("cut short: interrupted")
 
 
 def test_ctrl_c_while_it_thinks_says_what_was_learnt(
@@ -164,6 +164,6 @@ def test_ctrl_c_while_it_thinks_says_what_was_learnt(
     with pytest.raises(KeyboardInterrupt):
         hunt_and_tell(options, lambda step: True, lambda step: None, told.append)
     assert {name for name, _ in told[0].hunt.steps[0].set} >= {"delay", "valve_lag"}
-    assert told[0].hunt.ended == "cut short: interrupted"
+    assert told[0].ended == "cut short: interrupted"
     assert "valve_lag" in (options.folder / "hunt.html").read_text()
     assert json.loads((options.folder / FILE).read_text())["steps"][0]["records"]
