@@ -18,6 +18,7 @@ from rig.control.plant import Plant
 from rig.errors import ModelError
 from rig.gains import ClosedLoop
 from rig.record import Column
+from rig.rounding import to_digits
 
 AMPLITUDES_MPA: Final = (0.03, 0.1, 0.2)
 """Sizes at which the plant is looked at; a muscle with hysteresis is stiffer in small movements."""
@@ -31,6 +32,8 @@ LATER_S: Final = 0.04
 the gains of its good days. Without this, physics rigs with 30 ms more lag swung at their limits."""
 INTEGRAL_TIMES_S: Final = (0.0, 0.01, 0.02, 0.03, 0.05, 0.07, 0.1, 0.15, 0.2, 0.3, 0.5, 0.8)
 _LOWEST, _HIGHEST, _HALVINGS = 1e-5, 1.0, 40
+_DIGITS = 3
+"""Of a gain: more say nothing about a rig."""
 
 
 @dataclass(frozen=True)
@@ -81,7 +84,9 @@ def tune(
     ki, time_s = best
     if ki <= _LOWEST:
         raise ModelError(f"no PI controller keeps the maximum sensitivity below {sensitivity:g} on this model")
-    gains = ClosedLoop(kp_mpa_per_deg=_rounded(sign * ki * time_s), ki_mpa_per_deg_s=_rounded(sign * ki))
+    gains = ClosedLoop(
+        kp_mpa_per_deg=to_digits(sign * ki * time_s, _DIGITS), ki_mpa_per_deg_s=to_digits(sign * ki, _DIGITS)
+    )
     return Tuned(gains, margins(plants, gains), margins(varied, gains))
 
 
@@ -170,8 +175,3 @@ def _most_integral(plants: Sequence[FrequencyResponse], time_s: float, sensitivi
         middle = 0.5 * (low + high)
         low, high = (middle, high) if keeps(math.exp(middle)) else (low, middle)
     return math.exp(low)
-
-
-def _rounded(value: float) -> float:
-    """Three digits: more say nothing about a rig."""
-    return float(f"{value:.3g}")

@@ -1,7 +1,6 @@
 """Figures and tables of identification and validation as files in a folder."""
 
 import csv
-import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
@@ -17,9 +16,6 @@ from rig.record import Record
 from rig.report.figure_texts import in_markdown
 from rig.report.fit_figures import comparison_figure, convergence_figure, save_figure
 from rig.report.shown_text import in_one_line
-
-MOST_DIGITS = 6
-"""Of a parameter in a table."""
 
 
 def write_fit_figures(found: Identified, records: Sequence[Record], folder: Path) -> None:
@@ -68,15 +64,6 @@ def _write_comparisons(models: Mapping[str, Model], records: Sequence[Record], o
         measured, label = own.own_output(first.angle_deg), own_text(f"p1 - p2 {source} [MPa]", own)
         figure = comparison_figure(record.name, first.grid.t_s, u, measured, angles, label, own)
         save_figure(figure, target)
-
-
-def value_cell(value: float, std: float | None) -> str:
-    """A parameter to the second digit of its standard deviation, and at most to six of its own; without one, to six."""
-    if std and math.isfinite(std) and value:
-        last = math.floor(math.log10(std)) - 1
-        if math.floor(math.log10(abs(value))) - last < MOST_DIGITS:
-            return f"{round(value, -last):.{max(-last, 0)}f}"
-    return f"{value:.{MOST_DIGITS}g}"
 
 
 def score_cells(row: Score, channels: Channels) -> list[str]:

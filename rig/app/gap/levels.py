@@ -35,6 +35,7 @@ from rig.outputs import OutputKind as Output
 from rig.outputs import write_text
 from rig.parallel import executor
 from rig.record import Record
+from rig.rounding import to_digits
 
 R = TypeVar("R")
 STEPS = 2
@@ -248,4 +249,4 @@ def _rounded(value: object) -> object:
         return {key: _rounded(item) for key, item in value.items()}
     if isinstance(value, list):
         return [_rounded(item) for item in value]
-    return float(f"{value:.{DIGITS}g}") if isinstance(value, float) else value
+    return to_digits(value, DIGITS) if isinstance(value, float) else value

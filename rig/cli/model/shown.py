@@ -20,7 +20,8 @@ from rig.model.parameters import Model
 from rig.own_units import own_label, own_plain, own_text, speaker
 from rig.record import Record
 from rig.report.fit_figures import terminal_comparison
-from rig.report.fit_files import score_cells, value_cell
+from rig.report.fit_files import score_cells
+from rig.rounding import parameter_text
 
 
 def identified_json(found: Identified, output: Path) -> dict[str, Any]:
@@ -124,7 +125,7 @@ def show_identified(found: Identified, terminal: Console) -> None:
         std = "-" if now.std is None else f"{now.std:.2g}"
         between = "-" if math.isnan(spread[place.name]) else f"{spread[place.name]:.2g}"  # one search has none
         remark = "at its bound" if now.at_bound else "not determined" if now.std is None else ""
-        table.add_row(place.name, value_cell(now.value, now.std), std, now.unit, between, remark)
+        table.add_row(place.name, parameter_text(now.value, now.std), std, now.unit, between, remark)
     terminal.print(table)
     swarm = f"RMSE {found.rmse_deg:.3f} deg ({found.search_rmse_deg:.3f} deg before the polish)"
     terminal.print(f"{say(swarm)} after {found.evaluations} evaluations in {found.seconds:.1f} s")

@@ -25,7 +25,7 @@ from rig.model.parameters import Input, Model
 from rig.own_units import own_text
 from rig.record import Record
 from rig.report.fit_figures import comparison_figure
-from rig.report.fit_files import value_cell
+from rig.rounding import parameter_text
 
 __all__ = ["Identified", "Model", "Validation", "identify", "load_model", "save_model", "simulate", "validate"]
 
@@ -125,7 +125,7 @@ class Identified(Tabled):
         free = {name: each for name, each in self.parameters.items() if each.free}
         ends = {True: "at its bound", False: ""}
         rows = [
-            (name, value_cell(each.value, each.std), shown(each.std, 2), each.unit, ends[each.at_bound])
+            (name, parameter_text(each.value, each.std), shown(each.std, 2), each.unit, ends[each.at_bound])
             for name, each in free.items()
         ]
         said = own_text(f"RMSE {self.rmse_deg:.3g} deg", self.model.own_channels)
