@@ -14,7 +14,7 @@ from rig.channels import Channels
 from rig.gap.answer.facts import Verdict
 from rig.gap.answer.how_far.augment import remaining_gap
 from rig.gap.answer.result import Diagnosis
-from rig.gap.answer.words.sentences import chain_rows
+from rig.gap.answer.words.stages import chain_rows
 from rig.gap.pipeline import Grounds
 from rig.gap.reference.build import commanded_gaps
 from rig.own_units import own_text

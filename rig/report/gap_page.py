@@ -6,9 +6,10 @@ from pathlib import Path
 from rig.gap.answer.result import Diagnosis
 from rig.gap.answer.words.compared import SOURCES, from_model
 from rig.gap.answer.words.notes import folded
-from rig.gap.answer.words.sentences import answers, chain_rows, stage_name
+from rig.gap.answer.words.sentences import answers
 from rig.gap.answer.words.shares import BY_CAUSES, shares_along
 from rig.gap.answer.words.sizes import percent
+from rig.gap.answer.words.stages import chain_rows, stage_name
 from rig.gap.pipeline import Grounds
 from rig.gap.reference.kinds import Kind as Reference
 from rig.identify.provenance import tuned_to

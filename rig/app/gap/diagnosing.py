@@ -276,7 +276,7 @@ def write_overview(
 
 def without_next(options: DiagnosisOptions, results: "Mapping[str | None, Diagnosis]") -> Iterator[str]:
     """A line for each case that `--next-experiment` was asked for and that has none, with why."""
-    from rig.gap.answer.words.sentences import why_no_next
+    from rig.gap.answer.words.next_record import why_no_next
 
     for name, diagnosis in results.items():
         if options.next_to is not None and not diagnosis.next_experiment:

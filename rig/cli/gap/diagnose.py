@@ -134,8 +134,9 @@ def diagnose(
 def _show(diagnosis: "Diagnosis", name: str | None, json_to: str | None) -> None:
     """The summary for a person."""
     from rig.gap.answer.words.notes import folded
-    from rig.gap.answer.words.sentences import answers, chain_rows, stage_name
+    from rig.gap.answer.words.sentences import answers
     from rig.gap.answer.words.shares import BY_CAUSES, shares_along
+    from rig.gap.answer.words.stages import chain_rows, stage_name
     from rig.own_units import speaker
 
     out, say = console(json_to), speaker(diagnosis.channels)

@@ -153,6 +153,11 @@ class Diagnosis:
     """The effects that were asked about, where not all that the rig can have were."""
 
     @property
+    def named(self) -> list[Cause]:
+        """The causes that the library has a name for, in their order."""
+        return [cause for cause in self.causes if cause.is_named]
+
+    @property
     def added(self) -> list[Applied]:
         """What goes into the simulator and has a course there: the causes without those found by a signature."""
         return [cause.applied for cause in self.causes if cause.applied is not None and cause.judged_on != SIGNATURE]

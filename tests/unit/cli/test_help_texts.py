@@ -7,7 +7,7 @@ import pytest
 from support.click_tree import commands
 
 from rig.cli.commands import cli
-from rig.gap.answer.words.on_the_rig import ON_THE_RIG
+from rig.gap.answer.words.effects import EFFECT_WORDS
 
 CALLED = {
     "--rig": "RIG.yaml",
@@ -64,7 +64,7 @@ def test_what_a_group_is_for_stands_first() -> None:
 
 
 def test_what_an_answer_tells_to_call_is_a_command() -> None:
-    told = [text for one in ON_THE_RIG.values() for text in (one.reasons, one.look_at)]
+    told = [text for one in EFFECT_WORDS.values() for text in (one.reasons, one.look_at)]
     named = {found for text in told for found in re.findall(r"pamrig (?:[a-z]+ ?){1,2}", text)}
     assert named
     assert {found.strip() for found in named} <= set(ALL)

@@ -2,7 +2,7 @@
 
 from rig.gap.answer.facts import BESIDE, Judged
 from rig.gap.answer.result import Diagnosis
-from rig.gap.answer.words.on_the_rig import noun_of
+from rig.gap.answer.words.effects import noun_of
 from rig.gap.answer.words.sizes import percent
 from rig.gap.hypotheses.library import NONE, UNKNOWN
 from rig.gap.settings import EVEN_CHANCE

@@ -17,8 +17,9 @@ from rig.gap.answer.facts import (
     Retuning,
 )
 from rig.gap.answer.result import Cause, Diagnosis, Interval, Ranked
-from rig.gap.answer.words.on_the_rig import ON_THE_RIG
-from rig.gap.answer.words.sentences import answers, chain_rows, headline
+from rig.gap.answer.words.effects import EFFECT_WORDS
+from rig.gap.answer.words.sentences import answers, headline
+from rig.gap.answer.words.stages import chain_rows
 from rig.gap.hypotheses.library import LIBRARY
 from rig.gap.plan.experiment import Experiment
 from rig.gap.possible_effects import possible
@@ -131,7 +132,7 @@ def test_every_effect_has_its_sentence_for_every_law(name: str) -> None:
         first = headline(told(made))[0]
         assert "{" not in first
         assert first[0].isupper()
-        assert name in ON_THE_RIG
+        assert name in EFFECT_WORDS
         assert first.count("(") == first.count(")")
         assert not first.lower().startswith(name.replace("_", " ") + " ("), "the fallback was used"
 

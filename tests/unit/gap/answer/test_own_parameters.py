@@ -9,7 +9,7 @@ from rig.channels import PNEUMATIC, Channel, Channels
 from rig.gap.answer.facts import Evidence, Gap, Judged, ParameterMove, RecordGap, Retuning, Verdict, Where
 from rig.gap.answer.how_far.retuning import retune
 from rig.gap.answer.result import Diagnosis
-from rig.gap.answer.words.compared import moves
+from rig.gap.answer.words.retuning import moves
 from rig.gap.answer.words.sentences import headline
 from rig.gap.records.pairs import pair_up
 from rig.gap.reference.build import Kind

@@ -2,7 +2,7 @@
 
 import pytest
 
-from rig.gap.answer.words.on_the_rig import ON_THE_RIG
+from rig.gap.answer.words.effects import EFFECT_WORDS
 
 
 @pytest.mark.parametrize(
@@ -16,6 +16,6 @@ from rig.gap.answer.words.on_the_rig import ON_THE_RIG
 def test_reasons_are_told_by_the_way_it_goes(effect: str, ways: tuple[str, str]) -> None:
     """Regulators that answer sooner were told to have long hoses or a clogged filter."""
     first, second = ways
-    reasons = ON_THE_RIG[effect].reasons
+    reasons = EFFECT_WORDS[effect].reasons
     assert reasons.startswith(first)
     assert second in reasons

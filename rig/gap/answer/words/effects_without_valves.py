@@ -1,4 +1,5 @@
-"""The words of `rig.gap.answer.words.on_the_rig` for a rig that says by its channel map that it has no valves: a motor, a servo, a damper.
+"""The words of `rig.gap.answer.words.effects` for a rig that says by its channel map that it has no valves (a motor, a
+servo, a damper), and which of the two a rig's effects are told in.
 
 What it is built of nobody says: its words are an actuator, a joint, a sensor.
 """
@@ -8,7 +9,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 from rig.channels import Channels
-from rig.gap.answer.words.on_the_rig import ON_THE_RIG, Numbers, OnTheRig, through, value
+from rig.gap.answer.words.effects import EFFECT_WORDS, EffectWords, Numbers, through, value
 from rig.gap.answer.words.sizes import size
 
 
@@ -36,28 +37,30 @@ def _warming(numbers: Numbers) -> str:
 
 def _stiffness(numbers: Numbers) -> str:
     return (
-        ON_THE_RIG["stiffness"].says(numbers).replace("muscles, mass and weight turn", "actuator, mass and weight turn")
+        EFFECT_WORDS["stiffness"]
+        .says(numbers)
+        .replace("muscles, mass and weight turn", "actuator, mass and weight turn")
     )
 
 
-_OTHERWISE: Mapping[str, OnTheRig] = {
-    "delay": replace(ON_THE_RIG["delay"], reasons="samples or commands wait in a buffer; another program or bus stands between",
+_OTHERWISE: Mapping[str, EffectWords] = {
+    "delay": replace(EFFECT_WORDS["delay"], reasons="samples or commands wait in a buffer; another program or bus stands between",
         look_at="the time stamps of commands and readings; the controller's buffers; the bus"),
-    "creep": replace(ON_THE_RIG["creep"], says=_creep,
+    "creep": replace(EFFECT_WORDS["creep"], says=_creep,
         reasons="belts, cables, plastic or rubber parts give way slowly; an integrator of the position loop", look_at="a long hold at one command; whether it fades once the rig is warm; the loop's integral gain"),
-    "thermal_drift": replace(ON_THE_RIG["thermal_drift"], says=_warming,
+    "thermal_drift": replace(EFFECT_WORDS["thermal_drift"], says=_warming,
         reasons="the actuator or its amplifier warms up; the room's temperature", look_at="a long record from cold; the actuator's temperature"),
-    "coulomb_friction": replace(ON_THE_RIG["coulomb_friction"], reasons="more: a dry, tight or dirty bearing or gear, a cable that rubs; less: a bearing that was greased or has run in, less preload",
+    "coulomb_friction": replace(EFFECT_WORDS["coulomb_friction"], reasons="more: a dry, tight or dirty bearing or gear, a cable that rubs; less: a bearing that was greased or has run in, less preload",
         look_at="the bearing by hand with the actuator off; cables that touch; preload and tension"),
-    "stiffness": replace(ON_THE_RIG["stiffness"], says=_stiffness, reasons="another gain of the position loop; a spring, a belt or a stiff cable at the joint; another supply voltage",
+    "stiffness": replace(EFFECT_WORDS["stiffness"], says=_stiffness, reasons="another gain of the position loop; a spring, a belt or a stiff cable at the joint; another supply voltage",
         look_at="the loop's gain; the supply; how far the joint gives way to a known weight"),
-    "backlash": replace(ON_THE_RIG["backlash"], look_at="gears, coupling and set screws: turn by hand with the actuator holding"),
-    "end_stop": replace(ON_THE_RIG["end_stop"], reasons="the joint touches the frame; a limit set in the controller; the sensor's range ends",
+    "backlash": replace(EFFECT_WORDS["backlash"], look_at="gears, coupling and set screws: turn by hand with the actuator holding"),
+    "end_stop": replace(EFFECT_WORDS["end_stop"], reasons="the joint touches the frame; a limit set in the controller; the sensor's range ends",
         look_at="what the joint touches there; the controller's limits; the sensor's range"),
 }  # fmt: skip
 """Effect -> its words where those of two muscles and their regulators would be another rig's."""
 
 
-def on_the_rig(effect: str, channels: Channels) -> OnTheRig | None:
+def words_of(effect: str, channels: Channels) -> EffectWords | None:
     """An effect in the words of a rig; None for one of another package."""
-    return ON_THE_RIG.get(effect) if channels.has_valves else _OTHERWISE.get(effect, ON_THE_RIG.get(effect))
+    return EFFECT_WORDS.get(effect) if channels.has_valves else _OTHERWISE.get(effect, EFFECT_WORDS.get(effect))

@@ -19,7 +19,7 @@ Say = Callable[[Numbers], str]
 
 
 @dataclass(frozen=True)
-class OnTheRig:
+class EffectWords:
     """An effect in the words of the rig."""
 
     noun: str
@@ -198,70 +198,70 @@ def _twice(number: Interval) -> Interval:
     return Interval(2.0 * number.value, 2.0 * number.low, 2.0 * number.high, number.unit)
 
 
-ON_THE_RIG: Mapping[str, OnTheRig] = {
-    "delay": OnTheRig("a dead time", lambda n: f"The rig does everything {size(n['delay_s'])} {_more(n, 'delay_s', 'later', 'earlier')} {{than}}",
+EFFECT_WORDS: Mapping[str, EffectWords] = {
+    "delay": EffectWords("a dead time", lambda n: f"The rig does everything {size(n['delay_s'])} {_more(n, 'delay_s', 'later', 'earlier')} {{than}}",
         "samples or commands wait in a buffer; another program or bus stands between; long hoses", "the time stamps of commands and readings; the controller's buffers; the length of the hoses"),
-    "clock_drift": OnTheRig("a clock that runs off", lambda n: f"The rig's clock runs {size(n['drift'])} {_more(n, 'drift', 'fast', 'slow')}",
+    "clock_drift": EffectWords("a clock that runs off", lambda n: f"The rig's clock runs {size(n['drift'])} {_more(n, 'drift', 'fast', 'slow')}",
         "the converter and the controller have clocks of their own", "the sample rate that the converter really has, over a long record"),
-    "lost_samples": OnTheRig("lost samples", lambda n: f"{share(n['probability'])} of the samples are lost and repeat the one before",
+    "lost_samples": EffectWords("lost samples", lambda n: f"{share(n['probability'])} of the samples are lost and repeat the one before",
         "an overloaded bus or controller; a loose connector", "the counters of the bus; the load of the controller"),
-    "valve_gain": OnTheRig("another gain of the valves", lambda n: f"{_valves(n, 'Both pressures come', 'The pressure of valve {} comes')} out {size(n['gain'])} {_more(n, 'gain', 'higher', 'lower')} {{than}}",
+    "valve_gain": EffectWords("another gain of the valves", lambda n: f"{_valves(n, 'Both pressures come', 'The pressure of valve {} comes')} out {size(n['gain'])} {_more(n, 'gain', 'higher', 'lower')} {{than}}",
         "the regulators' or the output's scaling; a regulator that ages", "the regulators against a reference gauge (pamrig devices calibrate pressures)"),
-    "valve_offset": OnTheRig("another zero of the valves", _valve_offset,
+    "valve_offset": EffectWords("another zero of the valves", _valve_offset,
         "the regulator's zero; the zero of the analogue output or of the monitor", "both monitors with the air vented: they should read 0"),
-    "valve_lag": OnTheRig("slower or quicker regulators", lambda n: f"{_valves(n, 'The regulators answer', 'Regulator {} answers')} {size(n['tau_s'])} {_more(n, 'tau_s', 'later', 'sooner')} {{than}}",
+    "valve_lag": EffectWords("slower or quicker regulators", lambda n: f"{_valves(n, 'The regulators answer', 'Regulator {} answers')} {size(n['tau_s'])} {_more(n, 'tau_s', 'later', 'sooner')} {{than}}",
         "later: a low supply pressure, long or thin hoses, larger muscles, a clogged filter or silencer; sooner: a higher supply pressure, shorter or wider hoses, a filter or silencer that was cleaned", "the supply while the rig moves; hoses, filters and silencers; a step of the set-point"),
-    "valve_slew": OnTheRig("a limited flow", _and_after(_valve_slew),
+    "valve_slew": EffectWords("a limited flow", _and_after(_valve_slew),
         "too small a valve, nozzle or hose; a throttle; a low supply; a ramp set in the regulator or the controller", "throttles, nozzles and silencers; a large step of the set-point"),
-    "fill_exhaust_asymmetry": OnTheRig("filling and emptying at different speeds", _and_after(_one_way),
+    "fill_exhaust_asymmetry": EffectWords("filling and emptying at different speeds", _and_after(_one_way),
         "a clogged silencer or throttle on one way, also in the tube of a muscle; the supply close to the pressure asked for", "the exhaust's silencer; throttles and check valves in the tubes; the supply pressure; a step up and a step down"),
-    "valve_dead_band": OnTheRig("a dead band of the valves", _dead_band,
+    "valve_dead_band": EffectWords("a dead band of the valves", _dead_band,
         "dry friction, or overlap, of the spool; a dead band set in the regulator", "the regulator's settings; a slow ramp of the set-point"),
-    "pressure_ceiling": OnTheRig("a ceiling of the pressure", _and_after(_ceiling),
+    "pressure_ceiling": EffectWords("a ceiling of the pressure", _and_after(_ceiling),
         "the supply is lower than what is asked for; a limit set in the regulator or the output", "the supply's gauge; the regulator's range"),
-    "supply_droop": OnTheRig("a supply that sags", _and_after(_supply_droop),
+    "supply_droop": EffectWords("a supply that sags", _and_after(_supply_droop),
         "a small compressor or tank; a thin or long supply line; others on the same line", "the supply's gauge while the rig moves fast"),
-    "co_contraction": OnTheRig("another rest pressure", lambda n: f"Both muscles rest at a pressure {size(n['shift_mpa'])} {_more(n, 'shift_mpa', 'higher', 'lower')} {{than}}",
+    "co_contraction": EffectWords("another rest pressure", lambda n: f"Both muscles rest at a pressure {size(n['shift_mpa'])} {_more(n, 'shift_mpa', 'higher', 'lower')} {{than}}",
         "another P0 was set; both zeros are off alike", "the set P0; both monitors with the air vented"),
-    "muscle_mismatch": OnTheRig("muscles of unequal strength", _mismatch,
+    "muscle_mismatch": EffectWords("muscles of unequal strength", _mismatch,
         "one muscle was changed, has aged, or is mounted at another length or lever", "lengths, levers and mounting of both muscles; exchange them and record again"),
-    "leak": OnTheRig("a leak", _leak,
+    "leak": EffectWords("a leak", _leak,
         "a fitting, a hose or the bladder leaks", "fittings and hoses with leak spray; hold a pressure and watch the regulator's outlet"),
-    "creep": OnTheRig("creep", _creep,
+    "creep": EffectWords("creep", _creep,
         "rubber and mesh of the muscles relax; new, cold or hot muscles", "a long hold at one pressure; whether it fades once the muscles are warm"),
-    "thermal_drift": OnTheRig("a rig that changes as it warms", _warming,
+    "thermal_drift": EffectWords("a rig that changes as it warms", _warming,
         "the muscles warm up; the room's temperature", "a long record from cold; the muscles' temperature"),
-    "coulomb_friction": OnTheRig("dry friction", lambda n: f"Dry friction holds the joint back by {size(n['width_deg'])} {_more(n, 'width_deg', 'more', 'less')} {{than}}",
+    "coulomb_friction": EffectWords("dry friction", lambda n: f"Dry friction holds the joint back by {size(n['width_deg'])} {_more(n, 'width_deg', 'more', 'less')} {{than}}",
         "more: a dry, tight or dirty bearing, a cable or hose that rubs, muscles that touch; less: a bearing that was greased or has run in, less preload", "the bearing by hand without air; cables and hoses that touch; preload and tension"),
-    "viscous_friction": OnTheRig("friction that grows with speed", lambda n: f"Friction that grows with speed holds the joint back by {size(n['tau_s'])} {_more(n, 'tau_s', 'more', 'less')} {{than}}",
+    "viscous_friction": EffectWords("friction that grows with speed", lambda n: f"Friction that grows with speed holds the joint back by {size(n['tau_s'])} {_more(n, 'tau_s', 'more', 'less')} {{than}}",
         "more: stiff grease, a damper, cold; less: thinner or warmer grease", "the bearing's grease; temperature"),
-    "inertia": OnTheRig("inertia", _inertia,
+    "inertia": EffectWords("inertia", _inertia,
         "a load or tool was mounted, or taken off; the simulator was identified with another one", "what is mounted on the joint; a fast sweep of 2 to 4 Hz"),
-    "stiffness": OnTheRig("another stiffness or loop gain", _stiffness,
+    "stiffness": EffectWords("another stiffness or loop gain", _stiffness,
         "another gain of the position loop; a spring, a belt or a stiff cable at the joint; other muscles", "the loop's gain; how far the joint gives way to a known weight"),
-    "gravity_load": OnTheRig("a weight on the joint", _load,
+    "gravity_load": EffectWords("a weight on the joint", _load,
         "a load or tool was mounted; the rig stands tilted; a cable pulls", "what hangs on the joint; a level"),
-    "backlash": OnTheRig("play", lambda n: f"There are {size(_twice(n['width_deg']))} of play between joint and sensor or load",
+    "backlash": EffectWords("play", lambda n: f"There are {size(_twice(n['width_deg']))} of play between joint and sensor or load",
         "a loose coupling, set screw, gear or bearing", "coupling and set screws: turn by hand with the muscles under pressure"),
-    "end_stop": OnTheRig("a stop", _end_stop,
+    "end_stop": EffectWords("a stop", _end_stop,
         "the joint or a muscle's fitting touches the frame; the sensor's range ends", "what the joint touches there; the sensor's range"),
-    "sensor_gain": OnTheRig("another gain of the sensor", lambda n: f"The sensor reads {size(n['gain'])} {_more(n, 'gain', 'more', 'less')} {{than}}",
+    "sensor_gain": EffectWords("another gain of the sensor", lambda n: f"The sensor reads {size(n['gain'])} {_more(n, 'gain', 'more', 'less')} {{than}}",
         "the sensor's scaling; its supply voltage; another sensor or gear; or the joint itself: a spring or a stiff cable makes every angle smaller alike", "two known angles: if they are read right, springs and cables at the joint; the sensor's supply voltage"),
-    "sensor_offset": OnTheRig("another zero of the sensor", lambda n: f"The sensor's zero is {size(n['offset_deg'])} {_more(n, 'offset_deg', 'higher', 'lower')} {{than}}",
+    "sensor_offset": EffectWords("another zero of the sensor", lambda n: f"The sensor's zero is {size(n['offset_deg'])} {_more(n, 'offset_deg', 'higher', 'lower')} {{than}}",
         "the sensor was mounted anew or slipped; its zero was not set", "the reading at the mechanical zero"),
-    "sensor_drift": OnTheRig("a sensor that drifts", lambda n: f"The sensor's zero wanders by {size(n['rate_deg_min'])} {_more(n, 'rate_deg_min', 'upwards', 'downwards')}{through(n)}",
+    "sensor_drift": EffectWords("a sensor that drifts", lambda n: f"The sensor's zero wanders by {size(n['rate_deg_min'])} {_more(n, 'rate_deg_min', 'upwards', 'downwards')}{through(n)}",
         "the sensor or its amplifier warms up; a coupling slips slowly", "a record without any motion; the reading at the mechanical zero before and after"),
-    "sensor_nonlinearity": OnTheRig("a bent reading of the sensor", _bent,
+    "sensor_nonlinearity": EffectWords("a bent reading of the sensor", _bent,
         "a magnet or potentiometer off its centre; the end of the sensor's range", "readings at several known angles; the centring of the magnet"),
-    "sensor_lag": OnTheRig("a slow sensor", lambda n: f"The sensor's reading follows {size(n['tau_s'])} {_more(n, 'tau_s', 'later', 'sooner')} {{than}}",
+    "sensor_lag": EffectWords("a slow sensor", lambda n: f"The sensor's reading follows {size(n['tau_s'])} {_more(n, 'tau_s', 'later', 'sooner')} {{than}}",
         "a filter in the sensor, amplifier or converter", "the filters' settings"),
-    "quantisation": OnTheRig("a coarse reading", lambda n: f"The angle is read in steps of {size(n['step_deg'])}" + CUT_OFF[ConverterCode(int(value(n, "code")))],
+    "quantisation": EffectWords("a coarse reading", lambda n: f"The angle is read in steps of {size(n['step_deg'])}" + CUT_OFF[ConverterCode(int(value(n, "code")))],
         "a coarse encoder or converter; too large a range; rounding in a file", "the converter's range and bits"),
-    "mains_hum": OnTheRig("mains hum", lambda n: f"Hum of {size(n['amplitude_deg'])} lies on the angle",
+    "mains_hum": EffectWords("mains hum", lambda n: f"Hum of {size(n['amplitude_deg'])} lies on the angle",
         "a ground loop; an unshielded line; a power supply", "grounding and shields; the power supply"),
-    "sensor_noise": OnTheRig("noise of the sensor", lambda n: f"The angle carries noise of {size(n['std_deg'])}",
+    "sensor_noise": EffectWords("noise of the sensor", lambda n: f"The angle carries noise of {size(n['std_deg'])}",
         "a loose contact; a weak signal; a drive close by", "connectors, shields, the sensor's supply"),
-    "sensor_dropout": OnTheRig("drop-outs of the sensor", lambda n: f"{share(n['probability']) if 'probability' in n else 'Some'} of the angle's samples fall to zero or to a rail",
+    "sensor_dropout": EffectWords("drop-outs of the sensor", lambda n: f"{share(n['probability']) if 'probability' in n else 'Some'} of the angle's samples fall to zero or to a rail",
         "a loose connector; a sensor that loses its signal", "connectors and cables while they are moved by hand"),
 }  # fmt: skip
 """Effect -> its words."""
@@ -269,5 +269,5 @@ ON_THE_RIG: Mapping[str, OnTheRig] = {
 
 def noun_of(effect: str) -> str:
     """What an effect is called, with its name where that is another; of one of another package its name."""
-    noun = ON_THE_RIG[effect].noun if effect in ON_THE_RIG else effect
+    noun = EFFECT_WORDS[effect].noun if effect in EFFECT_WORDS else effect
     return noun if noun.removeprefix("a ") == effect else f"{noun} ({effect})"

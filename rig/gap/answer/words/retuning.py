@@ -1,0 +1,103 @@
+"""What fitting the simulator's own parameters again would close, which of them moved, and what the named effects close
+beyond that, in sentences. No number is computed here."""
+
+from collections.abc import Sequence
+
+from rig.channels import Channels
+from rig.gap.answer.facts import ABSORBED_SHARE, Retuning
+from rig.gap.answer.result import Diagnosis, Interval
+from rig.gap.answer.words.causes import in_pressures
+from rig.gap.answer.words.compared import FEW
+from rig.gap.answer.words.effects import noun_of
+from rig.gap.answer.words.sizes import degrees, percent, size
+from rig.gap.reference.kinds import Kind
+
+LEAST_TOLD = 0.05
+"""Part of what re-tuning closes from which on a number is told behind a move. Less: numbers that nobody needs."""
+AS_MUCH = 0.05
+"""Shares of the error that differ by less than this are told as the same."""
+MOST_MOVES = 4
+"""Moves that one sentence lists."""
+
+
+def absorbed(diagnosis: Diagnosis) -> bool:
+    """A gap above the usual one that goes when the simulator's own parameters are fitted again."""
+    gap, tuning = diagnosis.gap, diagnosis.retuning
+    return tuning is not None and tuning.closes_fraction >= ABSORBED_SHARE and gap.rms_deg > gap.floor_deg
+
+
+def moves(tuning: Retuning, channels: Channels) -> list[str]:
+    """What moves as the simulator is fitted again, what closes most first: each parameter, without those whose move is
+    too small to be seen in the digits that a person is told, and the curve and loop as a whole, which are the muscles'
+    where the rig has any. Its share of what is closed is told where each is a part of the whole: two that work against
+    each other close more than all of it, one after the other."""
+    shared = []
+    for move in tuning.moved:
+        half, by = 0.5 * (move.high - move.low), move.after - move.before
+        here = size(Interval(move.before, move.before - half, move.before + half, move.unit), signed=True, move=by)
+        there = size(Interval(move.after, move.low, move.high, move.unit), signed=True, move=by)
+        shared += [] if here == there else [(move.share, f"{move.name} goes from {here} to {there}")]
+    if tuning.muscles >= LEAST_TOLD:
+        whose = "the muscles'" if channels.has_valves else "its"
+        shared.append((tuning.muscles, f"{whose} own curve and loop change"))
+    ordered = sorted(shared, key=lambda line: -line[0])
+    parts = tuning.closes_fraction > 0.0 and all(share <= 1.0 for share, _ in ordered)
+    return [f"{text} ({percent(share)} of that)" if parts and share >= LEAST_TOLD else text for share, text in ordered]
+
+
+def what_retuning_closes(diagnosis: Diagnosis) -> str:
+    """What re-tuning the simulator's own parameters closes, which moved, and what the effects close beyond that; empty
+    where it was not tried."""
+    if (tuning := diagnosis.retuning) is None:
+        return ""
+    sentence = f"{_closes(tuning, diagnosis.reference)}{_moved(tuning, diagnosis.channels)}"
+    others = [name for name in tuning.looks_like if name not in {cause.effect for cause in diagnosis.causes}]
+    if absorbed(diagnosis) and others and not in_pressures(diagnosis):
+        sentence += f" In these records any of these would look the same: {_first_of(others)}."
+    if diagnosis.reference.by_days or not diagnosis.named or diagnosis.gap.after_deg >= diagnosis.gap.rms_deg:
+        return sentence
+    return f"{sentence} {_beyond(diagnosis, tuning)}".rstrip()
+
+
+def _closes(tuning: Retuning, reference: Kind) -> str:
+    """How far the simulator's error falls, without a full stop."""
+    before, after = degrees(tuning.before_deg), degrees(tuning.after_deg)
+    # the gap is measured against the fingerprint, re-tuning against the parameters without it
+    described = reference is Kind.FINGERPRINT
+    whose = "the error of its parameters alone (without the fingerprint)" if described else "its error"
+    if tuning.closes_fraction <= 0.0:
+        return f"fitting the simulator's own parameters again would not bring {whose} down, {before} deg"
+    return (
+        f"fitting the simulator's own parameters again would take {whose} from {before} to {after} deg "
+        f"({percent(tuning.closes_fraction)} of the mean square)"
+    )
+
+
+def _moved(tuning: Retuning, channels: Channels) -> str:
+    """Which parameters moved, as the end of that sentence."""
+    if moved := "; ".join(moves(tuning, channels)[:MOST_MOVES]):
+        return f": {moved}."
+    return f"; no {'valve, ' if channels.has_valves else ''}joint or sensor parameter moves plainly."
+
+
+def _first_of(effects: Sequence[str]) -> str:
+    """The first effects of a list by name, and how many more there are."""
+    more = f" and {len(effects) - FEW} more" if len(effects) > FEW else ""
+    return f"{', '.join(map(noun_of, effects[:FEW]))}{more}"
+
+
+def _beyond(diagnosis: Diagnosis, tuning: Retuning) -> str:
+    """What the named effects close that re-tuning does not; empty where neither closes anything."""
+    gap = diagnosis.gap
+    # shares of the error that each was measured on: a fingerprint's and its parameters' are not the same
+    more = 1.0 - (gap.after_deg / max(gap.rms_deg, 1e-12)) ** 2 - tuning.closes_fraction
+    alone = len(diagnosis.named) == 1
+    what, closes = (noun_of(diagnosis.named[0].effect), "closes") if alone else ("what is named", "closes together")
+    if abs(more) < AS_MUCH:
+        if tuning.closes_fraction < AS_MUCH:
+            return ""
+        where = "the angle" if in_pressures(diagnosis) else "these records"
+        return f"That is as much as {what} {closes}: in {where} the one looks like the other."
+    if more < 0.0:
+        return f"That closes more than {what} alone: the simulator is also off in what it has."
+    return f"Beyond that, {what} {closes} another {100 * more:.0f} %."
