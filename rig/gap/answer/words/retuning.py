@@ -18,6 +18,18 @@ AS_MUCH = 0.05
 """Shares of the error that differ by less than this are told as the same."""
 MOST_MOVES = 4
 """Moves that one sentence lists."""
+WHOSE = {"valve1_": "valve 1's", "valve2_": "valve 2's", "joint_": "the joint's", "sensor_": "the sensor's"}
+"""How a parameter's name begins -> whose it is."""
+QUANTITIES = {
+    "gain": "gain",
+    "offset_mpa": "offset",
+    "offset_deg": "offset",
+    "tau_s": "time constant",
+    "exhaust_ratio": "ratio of exhausting to filling time",
+    "omega_rad_per_s": "natural frequency",
+    "damping": "damping",
+}
+"""What follows in it -> what it is, without the unit of the model's file: a sentence has the unit that people use."""
 
 
 def absorbed(diagnosis: Diagnosis) -> bool:
@@ -36,13 +48,21 @@ def moves(tuning: Retuning, channels: Channels) -> list[str]:
         half, by = 0.5 * (move.high - move.low), move.after - move.before
         here = size(Interval(move.before, move.before - half, move.before + half, move.unit), signed=True, move=by)
         there = size(Interval(move.after, move.low, move.high, move.unit), signed=True, move=by)
-        shared += [] if here == there else [(move.share, f"{move.name} goes from {here} to {there}")]
+        shared += [] if here == there else [(move.share, f"{parameter_words(move.name)} goes from {here} to {there}")]
     if tuning.muscles >= LEAST_TOLD:
         whose = "the muscles'" if channels.has_valves else "its"
         shared.append((tuning.muscles, f"{whose} own curve and loop change"))
     ordered = sorted(shared, key=lambda line: -line[0])
     parts = tuning.closes_fraction > 0.0 and all(share <= 1.0 for share, _ in ordered)
     return [f"{text} ({percent(share)} of that)" if parts and share >= LEAST_TOLD else text for share, text in ordered]
+
+
+def parameter_words(name: str) -> str:
+    """A parameter of a model's file in words: "valve1_offset_mpa" is told in kPa, so that its unit does not belong in
+    its name. One of another package keeps its name."""
+    whose = next((start for start in WHOSE if name.startswith(start)), "")
+    quantity = QUANTITIES.get(name.removeprefix(whose))
+    return f"{WHOSE[whose]} {quantity}" if whose and quantity else name
 
 
 def what_retuning_closes(diagnosis: Diagnosis) -> str:

@@ -259,7 +259,7 @@ def test_nothing_beside_a_model_alone_is_not_told_as_no_fault_at_all() -> None:
 )
 def test_retuning_and_what_the_effect_closes_beyond_it(after: float, words: str) -> None:
     said = answers(replace(told(LAG), retuning=replace(TUNING, after_deg=after)))["Re-tuning:"]
-    assert "valve1_tau_s goes from 43 ms to 53 ms" in said
+    assert "valve 1's time constant goes from 43 ms to 53 ms" in said
     assert words in said
 
 
@@ -345,7 +345,7 @@ def test_a_move_that_nobody_can_see_is_not_told() -> None:
         answers(replace(told(LAG), retuning=replace(TUNING, moved=(one,))))["Re-tuning:"] for one in (hidden, plain)
     ]
     assert "goes from" not in seen[0]
-    assert "valve1_gain goes from 100 % to 90 %" in seen[1]
+    assert "valve 1's gain goes from 100 % to 90 %" in seen[1]
 
 
 @pytest.mark.parametrize(("after_deg", "rough"), [(0.29, False), (0.31, True)])

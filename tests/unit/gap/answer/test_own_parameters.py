@@ -7,13 +7,13 @@ from support.plants.gap_rigs import model, mounted, session
 
 from rig.channels import PNEUMATIC, Channel, Channels
 from rig.gap.answer.facts import Evidence, Gap, Judged, ParameterMove, RecordGap, Retuning, Verdict, Where
-from rig.gap.answer.how_far.retuning import retune
+from rig.gap.answer.how_far.retuning import TUNED, retune
 from rig.gap.answer.result import Diagnosis
-from rig.gap.answer.words.retuning import moves
+from rig.gap.answer.words.retuning import moves, parameter_words
 from rig.gap.answer.words.sentences import headline
 from rig.gap.records.pairs import pair_up
 from rig.gap.reference.build import Kind
-from rig.model.parameters import Model
+from rig.model.parameters import KINDS, Model
 
 ZERO = ParameterMove("sensor_offset_deg", 0.2, 6.1, 5.8, 6.4, "deg")
 
@@ -35,8 +35,8 @@ def test_what_moved_stands_in_the_first_line(rms_deg: float) -> None:
     said = first_line(Retuning(rms_deg, 1.4, (ZERO,)), rms_deg)
     assert said.startswith(
         f"The simulator is {rms_deg} deg off (rms), and its own parameters explain that: fitted to these records "
-        "again, it is 1.4 deg off, and no effect that it lacks is needed. What closes most of it: sensor_offset_deg "
-        "goes from 0.2 deg to 6.1 deg."
+        "again, it is 1.4 deg off, and no effect that it lacks is needed. What closes most of it: the sensor's "
+        "offset goes from 0.2 deg to 6.1 deg."
     )
     assert "these records do not tell; 3.0 deg is what a simulator usually misses of another rig" in said
 
@@ -61,8 +61,8 @@ def test_what_closes_most_comes_first_and_the_muscles_count_as_one() -> None:
     told = moves(Retuning(6.2, 1.4, (zero, lag), muscles=0.68), PNEUMATIC)
     assert told == [
         "the muscles' own curve and loop change (68 % of that)",
-        "valve1_tau_s goes from 40 ms to 50 ms (30 % of that)",
-        "sensor_offset_deg goes from 0.2 deg to 6.1 deg",
+        "valve 1's time constant goes from 40 ms to 50 ms (30 % of that)",
+        "the sensor's offset goes from 0.2 deg to 6.1 deg",
     ]
     said = first_line(Retuning(6.2, 1.4, (), muscles=0.9), 6.2)
     assert "What closes most of it: the muscles' own curve and loop change (90 % of that)." in said
@@ -77,7 +77,7 @@ def test_where_nothing_is_closed_no_move_has_a_share_of_it() -> None:
     """ "would not bring its error down: the muscles' own curve and loop change (60 % of that)"."""
     lag = ParameterMove("valve1_tau_s", 0.04, 0.05, 0.0495, 0.0505, "s", 0.4)
     told = moves(Retuning(1.1, 1.2, (lag,), muscles=0.6), PNEUMATIC)
-    assert told == ["the muscles' own curve and loop change", "valve1_tau_s goes from 40 ms to 50 ms"]
+    assert told == ["the muscles' own curve and loop change", "valve 1's time constant goes from 40 ms to 50 ms"]
 
 
 def test_moves_that_work_against_each_other_are_no_parts_of_a_whole() -> None:
@@ -85,14 +85,33 @@ def test_moves_that_work_against_each_other_are_no_parts_of_a_whole() -> None:
     slower = ParameterMove("valve1_tau_s", 0.042, 0.066, 0.065, 0.067, "s", 2.1)
     weaker = ParameterMove("valve2_gain", 0.99, 0.98, 0.979, 0.981, "1", 0.4)
     told = moves(Retuning(0.73, 0.65, (slower, weaker), muscles=-1.5), PNEUMATIC)
-    assert told == ["valve1_tau_s goes from 42 ms to 66 ms", "valve2_gain goes from 99.0 % to 98.0 %"]
+    assert told == ["valve 1's time constant goes from 42 ms to 66 ms", "valve 2's gain goes from 99.0 % to 98.0 %"]
 
 
 def test_a_move_is_told_to_its_own_digits() -> None:
     """115 % were told as 110."""
     gain = ParameterMove("sensor_gain", 1.0, 1.149, 1.147, 1.151, "1")
     (told,) = moves(Retuning(1.6, 0.7, (gain,)), PNEUMATIC)
-    assert told == "sensor_gain goes from 100 % to 115 %"
+    assert told == "the sensor's gain goes from 100 % to 115 %"
+
+
+def test_a_parameter_is_told_by_what_it_is_and_its_unit_stands_behind_its_number() -> None:
+    """ "valve1_offset_mpa goes from 0.0 kPa to 4.0 kPa"."""
+    offset = ParameterMove("valve1_offset_mpa", 0.0, 0.004, 0.0038, 0.0042, "MPa")
+    assert moves(Retuning(1.6, 0.7, (offset,)), PNEUMATIC) == ["valve 1's offset goes from 0.0 kPa to 4.0 kPa"]
+    assert parameter_words("fmu_stiffness") == "fmu_stiffness", "one of another package keeps its name"
+
+
+def test_every_parameter_that_may_move_has_words() -> None:
+    names = [
+        name if slot == "valve" else f"{slot}_{name}"
+        for slot, kinds in KINDS.items()
+        for parameters in kinds.values()
+        for name in parameters
+        if slot != "muscle" and name.endswith(TUNED.get(slot, ()))
+    ]
+    assert len(names) == 12
+    assert not [name for name in names if parameter_words(name) == name]
 
 
 def with_other_muscles(times: float) -> Model:
