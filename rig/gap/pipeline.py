@@ -13,11 +13,11 @@ import numpy as np
 
 from rig.channels import REST_MPA
 from rig.errors import RecordError
+from rig.gap.answer.assemble import assemble
 from rig.gap.answer.findings import Findings
 from rig.gap.answer.how_far.held_out import HowFar, how_far
 from rig.gap.answer.how_far.retuning import EffectChange, retune
 from rig.gap.answer.result import Diagnosis
-from rig.gap.answer.tell import tell
 from rig.gap.evidence.posterior import Posterior, judge
 from rig.gap.evidence.second import with_second
 from rig.gap.hypotheses.fit import Fit
@@ -111,7 +111,7 @@ def answer(question: Question) -> tuple[Diagnosis, Grounds]:
         bool(question.withheld),
         question.envelope,
     )
-    return tell(findings, after), grounds
+    return assemble(findings, after), grounds
 
 
 def _effect_changes(expected: Expected, posteriors: Sequence[Posterior]) -> dict[str, EffectChange]:

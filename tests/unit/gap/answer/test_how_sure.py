@@ -6,7 +6,7 @@ import pytest
 from support.plants.gap_rigs import baselines, model, session
 
 from rig.gap.answer.findings import Findings, Kept
-from rig.gap.answer.tell import how_sure
+from rig.gap.answer.sureness import how_sure
 from rig.gap.diagnosis import diagnose_with_grounds
 from rig.gap.hypotheses.library import NONE
 from rig.gap.pipeline import Grounds

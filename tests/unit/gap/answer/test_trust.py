@@ -8,7 +8,7 @@ from support.plants.gap_rigs import model, session
 
 from rig.gap import diagnose
 from rig.gap.answer.consistency import contradictions
-from rig.gap.answer.tell import trust
+from rig.gap.answer.sureness import trust
 from rig.gap.records.pairs import Pairing
 from rig.gap.settings import EITHER_CHANCE
 from rig.record import Record

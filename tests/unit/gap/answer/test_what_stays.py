@@ -8,7 +8,7 @@ from support.plants.gap_rigs import asked, names, session
 
 from rig.gap.answer.consistency import contradictions
 from rig.gap.answer.facts import Verdict
-from rig.gap.answer.tell import closes_little, explains_too_little
+from rig.gap.answer.unknowns import closes_little, explains_too_little
 from rig.gap.answer.words.sentences import headline
 from rig.gap.hypotheses.library import UNKNOWN
 from rig.gap.settings import ABOVE_FLOOR, EITHER_CHANCE, FAR
