@@ -14,7 +14,7 @@ from rig.realtime.safe_state import Outcome, SecondPath, Writer, insist
 from rig.rig_config import RigConfig
 from rig.service.session.heir import Heir
 from rig.service.session.session import Watching
-from rig.service.session.session_monitor import SessionParts
+from rig.service.session.session_parts import SessionParts
 
 _INSIST_S: Final = 2.0
 """For somebody who writes the safe state by hand; a slow wire confirms within tenths of a second."""

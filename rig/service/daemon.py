@@ -34,7 +34,8 @@ from rig.service.records.operating_time import OperatingTime
 from rig.service.records.recorder_messages import Mark
 from rig.service.records.retention import Retention
 from rig.service.session.session import ending_signals
-from rig.service.session.session_monitor import SessionMonitor, SessionParts
+from rig.service.session.session_monitor import SessionMonitor
+from rig.service.session.session_parts import SessionParts
 from rig.service.session.telemetry import fault_json, safe_json
 from rig.service.settings import DaemonSettings, make_folder, read_token
 from rig.service.views import metrics

@@ -9,8 +9,8 @@ from rig.counted import counted
 from rig.errors import CheckFailed, Interrupted, beside
 from rig.own_units import own_plain
 from rig.realtime.faults import Fault
-from rig.realtime.safe_state import SafeReport
 from rig.service.records.recorder_messages import RunResult
+from rig.service.session.session_end import SessionEnd
 
 ASKED_FOR: Final = (Fault.ESTOP, Fault.TERMINATED)
 """How a rig stops when somebody interrupts it: by the second Ctrl-C, and by a signal that went to its loop as well."""
@@ -26,12 +26,8 @@ class RunOutcome:
     error: str = ""
     recorder_lost: bool = False
     realtime: Mapping[str, str] = field(default_factory=dict)
-    safe: SafeReport = field(default_factory=SafeReport)
-    """What is known of the safe state at the end."""
-    insisted: str = ""
-    """How it went where the device had to be waited for to take it."""
-    driven: bool = False
-    """The loop has ticked: the rig is to be left in its safe state."""
+    end: SessionEnd = field(default_factory=SessionEnd)
+    """What became of the rig."""
     channels: Channels = PNEUMATIC
     """Of the rig: whose units are told."""
 
@@ -43,27 +39,18 @@ class RunOutcome:
             for r in self.runs
         ]
         return {"runs": runs, "interrupted": self.interrupted, "error": self.error, "realtime": dict(self.realtime)} | {
-            "safe_state": {"outcome": self.safe.outcome.name.lower(), "by": self.safe.writer.name.lower()}
+            "safe_state": {"outcome": self.end.report.outcome.name.lower(), "by": self.end.report.writer.name.lower()}
         }
 
     @property
     def stopped(self) -> bool:
         """Somebody or something stopped the rig before it was done."""
-        return self.interrupted or bool(self.error) or self._unsafe or any(run.fault for run in self.runs)
-
-    @property
-    def _unsafe(self) -> bool:
-        """The rig was under way, and nobody has seen to its safe state since."""
-        return self.driven and not self.safe.safe
+        return self.interrupted or bool(self.error) or self.end.unsafe or any(run.fault for run in self.runs)
 
     @property
     def _rest(self) -> str:
         """What became of the rig, for the end of a bad line; nothing where it never was under way."""
-        return f"; {self._left}" if self.driven or self.safe.writer or self.safe.outcome else ""
-
-    @property
-    def _left(self) -> str:
-        return f"{self.safe.words}{self.insisted}"
+        return f"; {self.end.words}" if self.end.ticked else ""
 
     def judge(self, also: str = "") -> None:
         """CheckFailed after a fault, an error, a rig that is not known to be safe or an invalid run, Interrupted after
@@ -79,14 +66,10 @@ class RunOutcome:
             raise CheckFailed(f"{faults[0].file.name}: {faults[0].cause}{self._rest}")
         if self.error:
             raise CheckFailed(self.error + self._rest)
-        if self._unsafe:
-            raise CheckFailed(self._left)
+        if self.end.unsafe:
+            raise CheckFailed(self.end.words)
         if self.interrupted:
-            raise Interrupted(
-                f"interrupted{self._rest}"
-                if self.driven
-                else "interrupted; the loop never ticked, and nothing was written to the rig"
-            )
+            raise Interrupted(f"interrupted; {self.end.words}")
         invalid = [r for r in self.runs if not r.valid]
         if invalid:
             first = invalid[0]

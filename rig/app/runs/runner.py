@@ -117,9 +117,9 @@ def _close(session: Session, rig: RigConfig, operator: "_Operator", outcome: Run
     cause = explain(last.fault, message_of(last.fault, session.ring)) if last is not None and last.fault else ""
     results = session.close(lambda line: say(line, "yellow"), lambda *how: _insist(rig, operator, *how))
     outcome.runs += results
-    outcome.safe, outcome.insisted, outcome.driven = session.safe, session.insisted, session.ticked
-    if outcome.insisted and outcome.safe.safe:
-        say(f"{outcome.safe.words}{outcome.insisted}", "green")
+    outcome.end = session.end
+    if outcome.end.insisted and outcome.end.report.safe:
+        say(outcome.end.words, "green")
     if session.recording.given_up:
         lost = [f"{run.file}: {run.error}" for run in results if run.error]
         outcome.error = outcome.error or "; ".join(lost) or session.recording.given_up

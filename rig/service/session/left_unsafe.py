@@ -43,8 +43,8 @@ class LeftUnsafe:
 
     def take(self, session: Session) -> None:
         """That session has been closed."""
-        if session.ticked:
-            self.report, self.owed = session.safe, not session.safe.safe
+        if session.end.ticked:
+            self.report, self.owed = session.end.report, session.end.unsafe
 
     def doubt(self) -> None:
         """The device, which the session before left safe, does not answer: what stands there now is not known."""

@@ -20,13 +20,14 @@ from rig.counted import counted
 from rig.realtime.commands import Mailbox, program_name, program_path
 from rig.realtime.program import Program
 from rig.realtime.ring import CAPACITY, Ring
-from rig.realtime.safe_state import SafeReport, Writer
+from rig.realtime.safe_state import Writer
 from rig.realtime.shared import KEPT_RING, SharedBlock, sweep_stale
 from rig.service.processes import continue_process, start_process
 from rig.service.records.recorder_messages import RunResult
 from rig.service.session.heir import Heir
 from rig.service.session.process_watch import PathMaker, ProcessWatch
 from rig.service.session.recording import SessionRecording
+from rig.service.session.session_end import SessionEnd
 from rig.service.session.setups import LoopSetup
 from rig.service.session.watchers import WatcherEntry, Watchers, await_ready
 
@@ -93,12 +94,8 @@ class Session:
         self._watching = watching
         self.watch: ProcessWatch | None = None
         """From the moment on at which the processes are there."""
-        self.safe = SafeReport()
-        """What was known of the safe state when the session had ended."""
-        self.insisted = ""
-        """How it went where its safe state had to be insisted on."""
-        self.ticked = False
-        """Whether the loop had ever ticked then: before, it writes nothing."""
+        self.end = SessionEnd()
+        """What became of the rig; known once the session has ended."""
         self.loop: BaseProcess | None = None
         self.recording = SessionRecording(self.ring, self.id)
         self._dismissed = False
@@ -177,11 +174,6 @@ class Session:
                 self._loop_pipe.send("go")
 
     @property
-    def left(self) -> str:
-        """What became of the rig, in words, once the session has ended."""
-        return self.safe.words if self.ticked else "the loop never ticked, and nothing was written to the rig"
-
-    @property
     def loop_alive(self) -> bool:
         """The loop's process is there."""
         return self.loop is not None and self.loop.is_alive()
@@ -208,8 +200,8 @@ class Session:
         """End the loop through its safe state, let the recorder finish, remove the shared memory; returns the last
         results, those of records that the recorder left unfinished among them.
 
-        `safe` then says what became of the rig: a loop that could not write it is followed up by whoever is left, for a
-        few seconds, and then for as long as `insist` calls; `insisted` is what that returned.
+        `end` then says what became of the rig: a loop that could not make it safe is followed up by whoever is left,
+        for a few seconds, and then for as long as `insist` calls.
         `say` gets a line every few seconds while the recorder is waited for; `recording.given_up` says that it was in
         vain.
         """
@@ -217,15 +209,9 @@ class Session:
         if self.recorder is not None:
             continue_process(self.recorder)
         self._end_loop()
-        self.ticked = self.ring.heartbeat_ns != 0
-        if self.watch is not None and self.ticked:
-            self.safe = self.watch.settle(SETTLE_S)
-            if not self.safe.safe and insist is not None:
-                self.end_recording()
-                self.insisted = insist(self.watch.is_settled, self.watch.follow_up)
-                self.safe = self.watch.safe
-            if not self.safe.safe:
-                self.watchers.block.release()  # they would go on trying, while the next session waits for them
+        self.end = self._seen_at_the_device(insist)
+        if self.watch is not None and self.end.unsafe:
+            self.watchers.block.release()  # they would go on trying, while the next session waits for them
         self.watchers.end()
         if self.watch is not None:
             self.watch.close()
@@ -236,6 +222,18 @@ class Session:
         if self._loop_pipe is not None:
             self._loop_pipe.close()
         return results
+
+    def _seen_at_the_device(self, insist: Insistence | None) -> SessionEnd:
+        """What became of the rig of a loop that has ended."""
+        ticked, watch = self.ring.heartbeat_ns != 0, self.watch
+        if watch is None or not ticked:
+            return SessionEnd(ticked)
+        report = watch.settle(SETTLE_S)
+        if report.safe or insist is None:
+            return SessionEnd(ticked, report)
+        self.end_recording()
+        insisted = insist(watch.is_settled, watch.follow_up)
+        return SessionEnd(ticked, watch.safe, insisted)
 
     def dismiss_loop(self) -> None:
         """Tell the loop, once, to end through its safe state; waits for nobody."""

@@ -8,58 +8,30 @@ import asyncio
 import logging
 import time
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
-from pathlib import Path
-from typing import Final
+from dataclasses import replace
 
 from rig.errors import ConfigError, DeviceError, RigError
 from rig.realtime import measures
 from rig.realtime.commands import Answer, Request
 from rig.realtime.faults import Fault
-from rig.realtime.safe_state import Outcome, SafeReport, Writer, insist
+from rig.realtime.safe_state import Outcome, SafeReport, Writer
 from rig.realtime.shared import KEPT_RING
-from rig.realtime.state import Event, State, after
-from rig.rig_config import RigConfig
+from rig.realtime.state import Event, State
 from rig.service.aside import aside_or_here
 from rig.service.connections.protocol import Code, Refused
 from rig.service.records.recorder_messages import RunResult, message_of
+from rig.service.session.asking import POLL_S, SHOWN_S, ask, require, while_faulted
+from rig.service.session.emergency_stop import NOT_CARRIED_OUT, carried_out, refuse_if_overruled, written_here
 from rig.service.session.heir import Heir
 from rig.service.session.last_resort import last_resort
 from rig.service.session.left_unsafe import LeftUnsafe
-from rig.service.session.process_watch import PathMaker, is_final
-from rig.service.session.refusals import BY_HAND, NOT_OPEN, NOT_READY, UNFIT
-from rig.service.session.session import LoopEntry, Session, Watching, facts_for_operator
+from rig.service.session.process_watch import PathMaker
+from rig.service.session.refusals import BY_HAND, NOT_OPEN, NOT_READY
+from rig.service.session.session import Session, facts_for_operator
+from rig.service.session.session_parts import SessionParts
 from rig.service.session.telemetry import Telemetry
 
 _LOG = logging.getLogger("pamrig")
-ANSWER_PATIENCE_S: Final = 1.0
-"""For the loop to answer a request, which it does within a tick: beyond it, it hangs."""
-ESTOP_PATIENCE_S: Final = 3.0
-"""Until an emergency stop that nobody could carry out is answered; the attempts go on after it."""
-_ANSWER_POLL_S: Final = 0.002
-_SHOWN_S: Final = 0.05
-"""For a loop that was made safe by itself to say so in a sample; one that is gone says nothing more."""
-
-
-@dataclass(frozen=True)
-class SessionParts:
-    """What the roof gives: the rig, and how its processes are made."""
-
-    rig: RigConfig
-    loop: LoopEntry
-    watching: Watching | None
-    """Who stands above the loop, and this process's own way to the device."""
-    simulated: bool
-    virtual: bool = False
-    warnings: Callable[[], list[str]] = list
-    """What is to be said of the rig's calibrations today."""
-    sweeps: tuple[Path, ...] = ()
-    """Folders of sweeps, and of models, that come with pamrig: what the page offers."""
-    models: tuple[Path, ...] = ()
-    simulator: Path | None = None
-    """A simulated rig's own model."""
-    driver: Callable[[], str] = str
-    """Who drives what the rig is wired to, in words; empty when nobody does."""
 
 
 class SessionMonitor:
@@ -151,7 +123,7 @@ class SessionMonitor:
         for result in left:
             if result.error:
                 _LOG.error("%s: %s", result.file, result.error)
-        return session.left
+        return session.end.words
 
     def reopen(self, estops: int) -> None:
         """A new session for one that is broken; `estops` as they were when it was asked for. The fault stands until
@@ -229,22 +201,8 @@ class SessionMonitor:
         async with self._busy:
             session = self.session
             if session is None or self._broken:
-                raise Refused(
-                    Code.WRONG_STATE,
-                    f"cannot {request.name.lower()} while fault: {self.fault.name}; run `pamrig reset` first",
-                )
-            ticket = session.mailbox.post(request, run)
-            deadline = time.monotonic() + ANSWER_PATIENCE_S
-            while (answer := session.mailbox.answered(ticket)) is None:
-                if time.monotonic() > deadline:
-                    raise Refused(
-                        Code.REFUSED, f"the loop did not answer {request.name.lower()} within {ANSWER_PATIENCE_S:g} s"
-                    )
-                await asyncio.sleep(_ANSWER_POLL_S)
-            # the loop answers in the middle of the tick that does it, and tells its state at the end
-            answered_at, deadline = session.ring.head, time.monotonic() + _SHOWN_S
-            while session.ring.head == answered_at and session.loop_alive and time.monotonic() < deadline:
-                await asyncio.sleep(_ANSWER_POLL_S)
+                raise while_faulted(request.name.lower(), self.fault)
+            answer = await ask(session, request, run)
         if self.telemetry is not None:
             self.telemetry.update()
         if answer is Answer.REFUSED:
@@ -286,17 +244,7 @@ class SessionMonitor:
 
     def require(self, event: Event) -> None:
         """Refused, with what to do first, when `event` does not fit the state."""
-        state = self.state
-        if state is State.FAULT and event is not Event.RESET:
-            raise Refused(
-                Code.WRONG_STATE, f"cannot {event.value} while fault: {self.fault.name}; run `pamrig reset` first"
-            )
-        if event is Event.RESET and state is not State.FAULT:
-            raise Refused(Code.WRONG_STATE, f"nothing to reset: the rig is {state.name.lower()}, without a fault")
-        try:
-            after(state, event)
-        except RigError as error:
-            raise Refused(Code.WRONG_STATE, UNFIT.get((state, event), str(error))) from None
+        require(event, self.state, self.fault)
 
     def begin_estop(self) -> None:
         """Demand the safe state, without waiting to see it; `estop` does the rest. A loop that is only being started
@@ -313,56 +261,37 @@ class SessionMonitor:
         self.begin_estop()
         if watch is None:
             return await self._write_alone()
-        deadline = time.monotonic() + ESTOP_PATIENCE_S
-        while not is_final(report := watch.answer):
-            if time.monotonic() > deadline:
-                if report.safe:
-                    break
-                known = watch.safe
-                before = "nobody could write the safe state anew; known from before: " if known.safe else ""
-                raise Refused(Code.REFUSED, f"emergency stop not carried out: {before}{known.words}; {BY_HAND}")
-            watch.follow_up()
-            await asyncio.sleep(_ANSWER_POLL_S)
+        report = await carried_out(watch)
         await self._see_the_stop()
-        self._refuse_if_overruled()
+        refuse_if_overruled(self._elsewhere())
         return report
 
     async def _see_the_stop(self) -> None:
         """Whoever is answered and asks on is to find the fault, which the loop tells at the end of the tick that made
         safe."""
-        deadline = time.monotonic() + _SHOWN_S
+        deadline = time.monotonic() + SHOWN_S
         while self.telemetry is not None and time.monotonic() < deadline:
             self.telemetry.update()
             if self.state is State.FAULT:
                 return
-            await asyncio.sleep(_ANSWER_POLL_S)
-
-    def _refuse_if_overruled(self) -> None:
-        """The safe state was written, and another process writes its own set-points over it."""
-        if other := self._elsewhere():
-            raise Refused(
-                Code.REFUSED, f"emergency stop not carried out: {other}; stop it there (Ctrl-C), or {BY_HAND}"
-            )
+            await asyncio.sleep(POLL_S)
 
     async def _write_alone(self) -> SafeReport:
-        """The safe state by this process, as long as there is no loop; on threads of its own, for those that all share
-        may wait for a disk."""
+        """The safe state by this process; a device that does not take it is tried on."""
         make = self._second_path
         if make is None:
             return SafeReport(Writer.CONTROL, outcome=Outcome.ENDED)
         path = await aside_or_here(make)
         try:
-            outcome = await aside_or_here(lambda: insist(path, ESTOP_PATIENCE_S))
-            if outcome < Outcome.WRITTEN:
-                await aside_or_here(path.safe)  # for its words
+            outcome = await written_here(path)
         except RigError as error:
             tried_on = self._try_on()
             raise Refused(
-                Code.REFUSED, f"emergency stop not carried out: there is no loop, and {error}; {BY_HAND}{tried_on}"
+                Code.REFUSED, f"{NOT_CARRIED_OUT}: there is no loop, and {error}; {BY_HAND}{tried_on}"
             ) from None
         finally:
             await aside_or_here(path.close)
-        self._refuse_if_overruled()
+        refuse_if_overruled(self._elsewhere())
         return self._left.tell(outcome)
 
     def _try_on(self) -> str:

@@ -23,7 +23,7 @@ from typing import Any, Final
 from rig.errors import RigError, StateError
 from rig.service.aside import aside
 from rig.service.processes import RestartDelays, is_stopped, start_process
-from rig.service.session.session_monitor import SessionParts
+from rig.service.session.session_parts import SessionParts
 from rig.service.settings import DaemonSettings, Web, read_token
 from rig.service.web.page_setup import BACKLOG, PageSetup
 from rig.service.web.serve import page_process

@@ -16,7 +16,8 @@ from rig.rig_config import RigConfig
 from rig.service.daemon import Daemon
 from rig.service.processes import start_process
 from rig.service.queue.planner import Planner
-from rig.service.session.session_monitor import SessionMonitor, SessionParts
+from rig.service.session.session_monitor import SessionMonitor
+from rig.service.session.session_parts import SessionParts
 from rig.service.settings import DaemonSettings, View, Web
 
 

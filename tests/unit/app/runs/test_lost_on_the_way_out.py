@@ -87,7 +87,7 @@ def test_a_device_that_is_back_later_is_made_safe_by_the_command_that_lost_it(
     monkeypatch.setattr(TryingOn, "go_on", back_after_a_while)
     outcome = carried_out(tmp_path)
     outcome.judge()
-    assert (outcome.safe.outcome, outcome.safe.writer) == (SafeOutcome.SEEN, Writer.CONTROL)
+    assert (outcome.end.report.outcome, outcome.end.report.writer) == (SafeOutcome.SEEN, Writer.CONTROL)
     said = capsys.readouterr().err
     assert "NOT SAFE as far as is known: the device does not take the safe state" in said
     assert "safe state written by the commanding process, seen at the device, after 0 s of trying" in said

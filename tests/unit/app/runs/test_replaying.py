@@ -14,6 +14,7 @@ from rig.errors import CheckFailed
 from rig.realtime.safe_state import Outcome as Reached
 from rig.realtime.safe_state import SafeReport, Writer
 from rig.service.records.recorder_messages import RunResult
+from rig.service.session.session_end import SessionEnd
 
 RECORDINGS = Path(__file__).parents[3] / "replay"
 
@@ -43,8 +44,8 @@ def test_with_the_recorder_lost_the_safe_state_is_told_all_the_same(
 ) -> None:
     cut = RunResult(1, tmp_path / "x.mcap.part", error="the recorder ended")
     cut.file.write_bytes(b"\x89MCAP0\r\n")
-    safe = SafeReport(Writer.SUPERVISOR, outcome=Reached.SEEN)
-    lost = RunOutcome([cut], 1, error="the rig was stopped: RECORDER_DIED", recorder_lost=True, safe=safe)
+    end = SessionEnd(ticked=True, report=SafeReport(Writer.SUPERVISOR, outcome=Reached.SEEN))
+    lost = RunOutcome([cut], 1, error="the rig was stopped: RECORDER_DIED", recorder_lost=True, end=end)
     monkeypatch.setattr(replaying.runner, "carry_out", lambda *_: lost)
     job = prepare(sorted(RECORDINGS.glob("*.mcap"))[0], None, None, None, resample=False)
     with pytest.raises(CheckFailed, match="RECORDER_DIED; safe state written by the supervisor, seen at the device"):

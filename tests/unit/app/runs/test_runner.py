@@ -30,6 +30,7 @@ from rig.sample import Sample
 from rig.service.records.recorder_messages import RunResult
 from rig.service.session.run_setup import program_of
 from rig.service.session.session import Session
+from rig.service.session.session_end import SessionEnd
 from rig.service.session.setups import LoopSetup
 
 DENIED = {"fifo": "denied: Operation not permitted", "mlock": "granted"}
@@ -75,7 +76,7 @@ def test_an_interruption_is_130(runs: list[RunResult]) -> None:
 def test_a_full_disk_names_the_file_once_and_says_what_became_of_the_rig() -> None:
     full = good(valid=False, error="a.mcap.partial: cannot be written: No space left on device")
     safe = SafeReport(Writer.LOOP, outcome=SafeOutcome.SEEN)
-    assert reproach(RunOutcome([full], 1, driven=True, safe=safe)) == (
+    assert reproach(RunOutcome([full], 1, end=SessionEnd(True, safe))) == (
         "not valid: a.mcap.partial: cannot be written: No space left on device; safe state written by the loop, seen "
         "at the device"
     )
@@ -84,7 +85,7 @@ def test_a_full_disk_names_the_file_once_and_says_what_became_of_the_rig() -> No
 def test_an_interruption_says_what_became_of_a_rig_that_was_under_way() -> None:
     safe = SafeReport(Writer.LOOP, outcome=SafeOutcome.SEEN)
     with pytest.raises(Interrupted, match=r"^interrupted; safe state written by the loop, seen at the device$"):
-        RunOutcome([good(complete=False)], 3, interrupted=True, driven=True, safe=safe).judge()
+        RunOutcome([good(complete=False)], 3, interrupted=True, end=SessionEnd(True, safe)).judge()
 
 
 @pytest.mark.parametrize("interrupted", [False, True])
@@ -96,7 +97,7 @@ def test_an_interruption_says_what_became_of_a_rig_that_was_under_way() -> None:
     ],
 )
 def test_a_rig_that_is_not_known_to_be_safe_is_no_success(interrupted: bool, safe: SafeReport, says: str) -> None:
-    outcome = RunOutcome([good()], 1, interrupted=interrupted, safe=safe, driven=True)
+    outcome = RunOutcome([good()], 1, interrupted=interrupted, end=SessionEnd(True, safe))
     assert reproach(outcome).startswith(says)
     assert outcome.stopped
 
@@ -346,7 +347,7 @@ def test_the_fault_of_a_record_whose_recorder_is_lost_before_it_tells_of_it_is_t
     outcome = runner.carry_out(outside, [Planned("a", program())], RunOptions(tmp_path / "out", virtual=True))
     said = reproach(outcome)
     assert said.startswith("ANGLE_LIMIT: ")
-    assert said.endswith(outcome.safe.words)
+    assert said.endswith(outcome.end.words)
 
 
 def loop_whose_device_does_not_answer(_: LoopSetup, pipe: Connection) -> None:

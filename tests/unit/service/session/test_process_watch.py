@@ -334,7 +334,7 @@ def test_a_device_out_of_reach_is_tried_for_as_long_as_it_takes(bench: Bench) ->
 def test_an_emergency_stop_that_the_device_did_not_take_is_refused(
     bench: Bench, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("rig.service.session.session_monitor.ESTOP_PATIENCE_S", 0.3)
+    monkeypatch.setattr("rig.service.session.emergency_stop.ESTOP_PATIENCE_S", 0.3)
     bench.unreachable = True
     bench.loop.send(signal.SIGSTOP)
     monitor = SessionMonitor(cast(Any, None))

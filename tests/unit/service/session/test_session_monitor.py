@@ -27,6 +27,7 @@ from rig.realtime.shared import folder, living_owner
 from rig.realtime.state import Event, State
 from rig.service.connections.protocol import Refused
 from rig.service.session.session import Watching
+from rig.service.session.session_end import SessionEnd
 from rig.service.session.session_monitor import SessionMonitor
 
 
@@ -205,9 +206,7 @@ def test_a_rig_that_was_left_unsafe_is_made_safe_also_after_a_reset_that_could_n
     failed = SafeReport(Writer.GUARDIAN, outcome=Outcome.FAILED)
     monitor.session = cast(
         Any,
-        SimpleNamespace(
-            watch=None, loop_alive=False, close=lambda *_: [], safe=failed, ticked=True, left="", ring=None
-        ),
+        SimpleNamespace(watch=None, loop_alive=False, close=lambda *_: [], end=SessionEnd(True, failed), ring=None),
     )
     monitor.reopen(0)
     assert monitor.session is None
@@ -257,7 +256,7 @@ def test_a_reset_in_vain_leaves_somebody_who_goes_on_without_this_process(monkey
     monitor = SessionMonitor(replace(parts_of(load(None)), watching=watching, driver=lambda: "another"))
     failed = SafeReport(Writer.GUARDIAN, outcome=Outcome.FAILED)
     monitor.session = cast(
-        Any, SimpleNamespace(watch=None, loop_alive=False, close=close, safe=failed, ticked=True, left="", ring=None)
+        Any, SimpleNamespace(watch=None, loop_alive=False, close=close, end=SessionEnd(True, failed), ring=None)
     )
     monitor.reopen(0)
     assert told == ["appointed", "ready", "watchers released", "quiet", "opens"]
@@ -281,7 +280,7 @@ def test_while_a_session_is_closed_for_a_reset_its_own_words_stand(monkeypatch: 
     watch = SimpleNamespace(safe=failed, how_it_ended=lambda: "")
     monitor.session = cast(
         Any,
-        SimpleNamespace(watch=watch, loop_alive=False, close=close, safe=failed, ticked=True, left="", ring=None),
+        SimpleNamespace(watch=watch, loop_alive=False, close=close, end=SessionEnd(True, failed), ring=None),
     )
     monitor.reopen(0)
     monitor.close()
@@ -304,7 +303,7 @@ class Away:
     def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
         self.back, self.asked = False, 0
         monkeypatch.setattr("rig.service.session.session_monitor.Session", no_answer)
-        monkeypatch.setattr("rig.service.session.session_monitor.ESTOP_PATIENCE_S", 0.05)
+        monkeypatch.setattr("rig.service.session.emergency_stop.ESTOP_PATIENCE_S", 0.05)
         path = SecondPath(self.safe, lambda: True)
         self.parts = replace(
             parts_of(load(None)), watching=Watching(cast(Any, None), (), lambda: path), driver=lambda: ""
@@ -360,7 +359,7 @@ def test_a_safe_state_that_was_seen_is_doubted_once_the_device_does_not_open(mon
     seen = SafeReport(Writer.LOOP, outcome=Outcome.SEEN, written_ns=1, confirmed_ns=1)
     monitor.session = cast(
         Any,
-        SimpleNamespace(watch=None, loop_alive=False, close=lambda *_: [], safe=seen, ticked=True, left="", ring=None),
+        SimpleNamespace(watch=None, loop_alive=False, close=lambda *_: [], end=SessionEnd(True, seen), ring=None),
     )
     monitor.reopen(0)
     assert monitor.safe is not None
@@ -375,7 +374,7 @@ def test_an_emergency_stop_that_nobody_carried_out_is_not_told_by_what_was_seen_
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """It was "not carried out: safe state written by the guardian, seen at the device"."""
-    monkeypatch.setattr("rig.service.session.session_monitor.ESTOP_PATIENCE_S", 0.02)
+    monkeypatch.setattr("rig.service.session.emergency_stop.ESTOP_PATIENCE_S", 0.02)
     seen = SafeReport(Writer.GUARDIAN, outcome=Outcome.SEEN, written_ns=1, confirmed_ns=1)
     watch = SimpleNamespace(answer=SafeReport(), safe=seen, demand=lambda _: None, follow_up=lambda: None)
     monitor = SessionMonitor(parts_of(load(None)))

@@ -42,7 +42,7 @@ def test_a_session_whose_loop_was_stopped_when_it_was_ready_ends_at_once() -> No
     assert soon(lambda: is_stopped(loop.pid))
     session.close()
     assert loop.exitcode == -signal.SIGTERM
-    assert session.left == "the loop never ticked, and nothing was written to the rig"
+    assert session.end.words == "the loop never ticked, and nothing was written to the rig"
 
 
 def test_a_daemon_that_is_told_to_end_waits_for_no_loop_that_was_stopped_while_it_started() -> None:
