@@ -1,6 +1,8 @@
 """The daemon's client for scripts, notebooks and the command line: a few lines over the control socket.
 
-with Client() as rig:
+import pamrig
+
+with pamrig.Client() as rig:
     rig.arm()
     rig.start("paper.yaml")
     rig.wait()
@@ -34,7 +36,8 @@ class _HungUp(RigError):
 
 
 class Client:
-    """One connection. RigError, one line, when there is no daemon; StateError when a command does not fit the state."""
+    """One connection to a daemon: RigError, one line, when there is none; StateError when a command does not fit the
+    state."""
 
     def __init__(self, path: Path | None = None, timeout_s: float = 40.0) -> None:
         self.path = path or socket_access.default_socket()

@@ -23,13 +23,14 @@ if TYPE_CHECKING:
     from pamrig._picture import Picture
     from pamrig._records import Record, Records, read
     from pamrig._rigs import Replay, Rig, Runs, load_rig, replay, run, simulated_rig
-    from rig.errors import CheckFailed, ConfigError, EnvelopeError, ModelError, RecordError
+    from rig.errors import CheckFailed, ConfigError, EnvelopeError, ModelError, RecordError, StateError
     from rig.errors import RigError as Error
+    from rig.service.client import Client
 
 __all__ = [
-    "CheckFailed", "Comparison", "ConfigError", "Diagnosis", "EnvelopeError", "Error", "Identified", "Model",
-    "ModelError", "Picture", "Record", "RecordError", "Records", "Replay", "Rig", "Runs", "Validation", "compare",
-    "diagnose", "identify", "load_model", "load_rig", "read", "replay", "run", "save_model", "simulate",
+    "CheckFailed", "Client", "Comparison", "ConfigError", "Diagnosis", "EnvelopeError", "Error", "Identified", "Model",
+    "ModelError", "Picture", "Record", "RecordError", "Records", "Replay", "Rig", "Runs", "StateError", "Validation",
+    "compare", "diagnose", "identify", "load_model", "load_rig", "read", "replay", "run", "save_model", "simulate",
     "simulated_rig", "validate",
 ]  # fmt: skip
 
@@ -42,7 +43,8 @@ _HOMES = {
     "pamrig._diagnosing": ("Diagnosis", "diagnose"),
     "pamrig._comparing": ("Comparison", "compare"),
     "pamrig._picture": ("Picture",),
-    "rig.errors": ("CheckFailed", "ConfigError", "EnvelopeError", "ModelError", "RecordError"),
+    "rig.errors": ("CheckFailed", "ConfigError", "EnvelopeError", "ModelError", "RecordError", "StateError"),
+    "rig.service.client": ("Client",),
 }  # fmt: skip
 """Module -> the public names that live there; each is imported when one of its names is first asked for."""
 _HOME_OF = {name: home for home, names in _HOMES.items() for name in names}

@@ -100,3 +100,18 @@ def test_the_overview_names_only_modules_that_exist() -> None:
     text = (ROOT / "docs" / "explanation" / "overview.md").read_text(encoding="utf-8")
     known = {path.name for room in ("rig", "drivers", "hil") for path in (ROOT / room).rglob("*.py")}
     assert not set(re.findall(r"`([a-z_]+\.py)`", text)) - known
+
+
+SHOW_PRIVATE_ROOMS = {
+    "blind_check.md": "for who checks the method on plants of the house",
+    "modbus_modules.md": "for who writes a map that only the driver reads",
+    "log_format.md": "says that they are private, below the public way",
+}
+"""Page -> why it may import what the page on Python calls private."""
+
+
+def test_a_page_for_users_imports_nothing_that_is_private() -> None:
+    """The page on the daemon told how to import its client from a private room."""
+    imports = re.compile(r"^(?:from|import) (?:rig|drivers|hil)\b.*", re.MULTILINE)
+    shown = {page.name for page in PAGES if page.parent.name != "decisions" and imports.search(page.read_text("utf-8"))}
+    assert shown == set(SHOW_PRIVATE_ROOMS)

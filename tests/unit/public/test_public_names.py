@@ -9,9 +9,9 @@ from pathlib import Path
 import pamrig
 
 PUBLIC = {
-    "CheckFailed", "Comparison", "ConfigError", "Diagnosis", "EnvelopeError", "Error", "Identified", "Model",
-    "ModelError", "Picture", "Record", "RecordError", "Records", "Replay", "Rig", "Runs", "Validation", "compare",
-    "diagnose", "identify", "load_model", "load_rig", "read", "replay", "run", "save_model", "simulate",
+    "CheckFailed", "Client", "Comparison", "ConfigError", "Diagnosis", "EnvelopeError", "Error", "Identified", "Model",
+    "ModelError", "Picture", "Record", "RecordError", "Records", "Replay", "Rig", "Runs", "StateError", "Validation",
+    "compare", "diagnose", "identify", "load_model", "load_rig", "read", "replay", "run", "save_model", "simulate",
     "simulated_rig", "validate",
 }  # fmt: skip
 """What other people's code may rely on: a name that goes away, or changes its meaning, needs a new major version."""
