@@ -1,5 +1,7 @@
-"""The figures of the two tutorials on diagnosis: `python docs/tutorial_figures.py` makes those of the practice case,
-`python docs/tutorial_figures.py FOLDER` those of the real joint; both print what was found.
+"""The figures of the two tutorials on diagnosis, and of the page on what a rig can tell.
+
+`python docs/tutorial_figures.py` makes the latter and those of the practice case, `python docs/tutorial_figures.py
+FOLDER` those of the real joint; both print what was found.
 
 `python docs/tutorial_figures.py FOLDER HERE` makes no figures and leaves the files of the real joint, quiet.csv and
 sweep.csv, in HERE. FOLDER holds `real`, records that are no part of this project. What it does for the
@@ -46,6 +48,15 @@ def practice() -> None:
         draw("practice", load_model(ROOT / "configs/models/simulated.yaml"), read(Path(place) / "bad_day"), days)
 
 
+def capability() -> None:
+    """The matrix of what can be told from what, by the page's own line."""
+    page = (ROOT / "docs/how-to/capability.md").read_text(encoding="utf-8")
+    (line,) = re.findall(r"^\$ pamrig (gap capability .*)$", page, re.MULTILINE)
+    with tempfile.TemporaryDirectory() as place:
+        subprocess.run([sys.executable, "-m", "rig.cli.main", *line.split()], cwd=place, check=True)
+        (IMAGES / "capability_matrix.svg").write_bytes((Path(place) / "matrix.svg").read_bytes())
+
+
 def real(folder: Path) -> None:
     """The wrist: a model from the quiet part, a diagnosis of the sweep."""
     with tempfile.TemporaryDirectory() as place:
@@ -90,4 +101,5 @@ if __name__ == "__main__":
     elif len(sys.argv) > 1:
         real(Path(sys.argv[1]))
     else:
+        capability()
         practice()
