@@ -83,7 +83,7 @@ class Record:
         return self.p1_mpa - self.p2_mpa
 
     def columns(self) -> dict[str, Column]:
-        """Every column that is there, by name."""
+        """Every column (n,) that is there, by its name, which ends with its unit."""
         main = {name: getattr(self, name) for name in MAIN_COLUMNS}
         return {name: column for name, column in main.items() if column is not None} | dict(self.extra)
 
@@ -99,7 +99,8 @@ class Record:
         return told | {name: column for name, column in self.extra.items() if name not in told}
 
     def rows(self, chosen: slice | NDArray[np.bool_] | NDArray[np.intp]) -> Self:
-        """The same record with only some rows; time keeps its zero."""
+        """The same record with only some rows, by a slice, by (n,) which of them, or by (m,) their numbers; time keeps
+        its zero."""
         cut: dict[str, Any] = {name: column[chosen] for name, column in self.columns().items()}
         extra = {name: cut.pop(name) for name in self.extra}
         return replace(self, **cut, extra=extra)

@@ -139,7 +139,7 @@ class RecordedDay:
 
     @property
     def angles(self) -> list[Column]:
-        """Of every record, those that are given first."""
+        """(n,) the angle (deg) of every record, those that are given first."""
         return [np.asarray(record.angle_deg) for record in (*self.given, *self.untouched)]
 
 

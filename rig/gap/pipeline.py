@@ -236,8 +236,8 @@ def _still_open(effects: Sequence[Effect], found: Iterable[Posterior]) -> list[E
 
 
 def expected_given(ahead: Posterior, name: str, expected: Expected, days: Column, settings: Fitted) -> Expected:
-    """What is expected of the angle once a hypothesis holds ahead of the monitors; `days`: the pressures of the earlier
-    days (n, K). What something unknown does to the pressures, alone or beside an effect, is no error of the
+    """What is expected of the angle once a hypothesis holds ahead of the monitors; `days`: the pressures (MPa) of
+    the earlier days (n, K). What something unknown does to the pressures, alone or beside an effect, is no error of the
     monitors'."""
     if name == UNKNOWN or ahead.log_odds_beside.get(name, -math.inf) > 0.0:
         return expected

@@ -190,7 +190,8 @@ class BuildSpread:
     """Degrees of freedom: builds that it is known from."""
 
     def log_chance(self, log_times: Column) -> Column:
-        """ln of how likely a build is that is missed by exp(`log_times`) as much, against one at the level."""
+        """ln of how likely a build is that is missed by exp(`log_times`) as much, against one at the level; element by
+        element, without unit."""
         out: Column = -0.5 * (self.degrees + 1.0) * np.log1p((log_times / self.spread) ** 2 / self.degrees)
         return out
 

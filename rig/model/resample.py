@@ -86,21 +86,21 @@ def on_clock(record: Record, dt_s: float) -> Record:
 
 
 def commanded(record: Record) -> dict[str, Column]:
-    """The columns that say what was commanded: those of both muscles, or else the difference."""
+    """The columns (n,) in MPa that say what was commanded: those of both muscles, or else the difference."""
     if record.p1_cmd_mpa is not None and record.p2_cmd_mpa is not None:
         return {"p1_cmd_mpa": record.p1_cmd_mpa, "p2_cmd_mpa": record.p2_cmd_mpa}
     return {"dp_cmd_mpa": record.dp_cmd_mpa}
 
 
 def set_points(record: Record, p0_mpa: float) -> tuple[Column, Column]:
-    """Set-points of both muscles as they were written; without a column for each, the difference is split in halves
-    about the record's own P0, and about `p0_mpa` where it has none."""
+    """(n,) set-points (MPa) of both muscles as they were written; without a column for each, the difference is split in
+    halves about the record's own P0, and about `p0_mpa` where it has none."""
     first, *second = commanded(record).values()
     return (first, second[0]) if second else around(taken_rest(record, p0_mpa), first)
 
 
 def held_commands(record: Record, p0_mpa: float) -> tuple[Column, Column]:
-    """Set-points in force when each row was measured: those written one row before. New arrays.
+    """(n,) set-points (MPa) in force when each row was measured: those written one row before. New arrays.
 
     A row is measured first and its set-point written after it, so row k answers to the set-points up to row k - 1.
     """

@@ -111,7 +111,8 @@ def terminal_comparison(
     height: int,
     label: str = "angle [deg]",
 ) -> str:
-    """What was measured as dots and what was estimated as a line over time, as text of that size."""
+    """What was measured as dots and what was estimated as a line over time (all (n,), in the units of the label), as
+    text of `width` by `height` characters."""
     import plotext
 
     figure = plotext.figure

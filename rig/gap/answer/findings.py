@@ -72,7 +72,8 @@ class Kept:
 def evidence_of(
     findings: Findings, right: Sequence[float], gaps: Sequence[Column], far: HowFar, added: bool
 ) -> Evidence:
-    """What the answer rests on; `right` is how probable what it says of each factor is."""
+    """What the answer rests on; `right` is how probable what it says of each factor is, `gaps` (n,) the gap of each
+    pair's angle, deg."""
     pairs = findings.expected.pairs
     before = [rms_of([gap], [pair]) for gap, pair in zip(gaps, pairs, strict=True)]
     after = [float(np.sqrt(value)) for value in far.per_record_deg2] if added else before

@@ -63,6 +63,7 @@ class Repeats:
 
     @property
     def share(self) -> float:
+        """Of the rows that move, 0 to 1."""
         return float(self.repeated.sum() / max(self.rows.sum(), 1.0))
 
 
@@ -76,6 +77,7 @@ class Chance:
 
     @property
     def weight(self) -> Column:
+        """(SPEED_CLASSES,) what a repeat counts: the more, the seldomer one is by chance."""
         weights: Column = 1.0 / np.maximum(self.share, LEAST_REPEATING)
         return weights
 

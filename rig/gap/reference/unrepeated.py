@@ -49,8 +49,8 @@ def shown_by(contexts: Sequence[RecordContext], days_of: Callable[[Sequence[Reco
 
 
 def with_unrepeated(parts: Parts, contexts: Sequence[RecordContext], shown: Column) -> Parts:
-    """The same with what the earlier days did not repeat: once for these days, and once for the case, which is no
-    quieter. Without days, with what the case itself does not repeat: no simulator follows that."""
+    """The same with what the earlier days did not repeat, of `shown` (n, K): once for these days, and once for the
+    case, which is no quieter. Without days, with what the case itself does not repeat: no simulator follows that."""
     own = unrepeated(parts.lines, _commands(contexts), shown)
     noise = np.maximum(parts.noise, own)
     return replace(parts, noise=noise + own if contexts[0].pair.days else noise)

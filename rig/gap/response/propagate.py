@@ -167,12 +167,12 @@ class HealthyJoint:
 
     @cached_property
     def begun(self) -> "dict[object, Column]":
-        """Its angle with the causes before the last one that was asked for: beside one of those, all others are
-        tried."""
+        """Its angle, (n,) in deg, with the causes before the last one that was asked for: beside one of those, all
+        others are tried."""
         return {}
 
     def under(self, q1: Column, q2: Column) -> Column:
-        """Its angle once the muscles feel other pressures."""
+        """(n,) its angle (deg) once the muscles feel other pressures, `q1` and `q2` (n,) in MPa."""
         further = self.nominal.equilibrium(q1, q2) - self.driven_to
         compliance = _compliance(self.p1 + self.p2, q1 + q2, self.nominal)
         return self.nominal.settled(

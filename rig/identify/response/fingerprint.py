@@ -177,8 +177,8 @@ def left_out_deg(records: Sequence[Drive], p0_mpa: float, exponent: float) -> fl
 
 
 def proven_correction(lines: Sequence[RegulatorRecord], regulator: Regulator, p0_mpa: float) -> Column:
-    """(REGULATOR_TERMS,) what the monitor shows beside the regulator where that predicts records that the fit has not
-    seen; nought where it does not, or where there are too few records to know."""
+    """(REGULATOR_TERMS,) weights (MPa) of what the monitor shows beside the regulator where that predicts records that
+    the fit has not seen; nought where it does not, or where there are too few records to know."""
     if len(lines) < LEAST_RECORDS:
         return np.zeros(REGULATOR_TERMS)
     proven = left_out_mpa(lines, regulator, p0_mpa, True) < left_out_mpa(lines, regulator, p0_mpa, False)

@@ -88,7 +88,7 @@ def _without_offset(column: Column, used: Column) -> Column:
 
 
 def fit_correction(lines: Sequence[RegulatorRecord], regulator: Regulator, p0_mpa: float) -> Column:
-    """(REGULATOR_TERMS,) ridge weights of what a regulator leaves of its pressure."""
+    """(REGULATOR_TERMS,) ridge weights (MPa) of what a regulator leaves of its pressure."""
     blocks = [_correction_rows(line, regulator, p0_mpa) for line in lines]
     terms, left = np.concatenate([rows for rows, _ in blocks]), np.concatenate([column for _, column in blocks])
     power = np.maximum(np.sum(terms**2, axis=0), 1e-30)
@@ -123,8 +123,11 @@ class BankSums:
     """What a fit of the bank needs of some records: sums over their rows that count, which add up over records."""
 
     gram: Column
+    """(RESPONSE_TERMS, RESPONSE_TERMS) of the terms with each other."""
     right: Column
+    """(RESPONSE_TERMS,) of the terms with the angle, deg."""
     power: float
+    """Of the angle's squares, deg2."""
     rows: float
 
     def __add__(self, other: "BankSums") -> "BankSums":
@@ -133,7 +136,7 @@ class BankSums:
         )
 
     def weights(self) -> Column:
-        """Ridge weights (RESPONSE_TERMS,) of the least squared error."""
+        """(RESPONSE_TERMS,) ridge weights (deg a unit of each term) of the least squared error."""
         rows = max(self.rows, 1.0)
         mean = self.gram[0] / rows
         spread = np.sqrt(np.maximum(np.diag(self.gram) / rows - mean**2, 1e-12))
@@ -143,7 +146,7 @@ class BankSums:
         return weights
 
     def misfit_deg(self, weights: Column) -> float:
-        """Rms that the bank with `weights` leaves of these records."""
+        """Rms (deg) that the bank with `weights`, (RESPONSE_TERMS,), leaves of these records."""
         left = self.power - 2 * weights @ self.right + weights @ self.gram @ weights
         return float(np.sqrt(max(float(left), 0.0) / max(self.rows, 1.0)))
 
@@ -167,8 +170,8 @@ def fit_bank(records: Sequence[Drive], p0_mpa: float, exponent: float = 1.0) -> 
 
 
 def mean_pressure_moves(means_mpa: Sequence[Column], p0_mpa: float) -> bool:
-    """Whether the mean pressure (p1 + p2) / 2 moves far enough, within records or between them, to show what it
-    does."""
+    """Whether the mean pressure (p1 + p2) / 2, (n,) in MPa of each record, moves far enough, within records or between
+    them, to show what it does."""
     low, high = np.quantile(np.concatenate(means_mpa), (0.05, 0.95))
     return bool(high - low > MEAN_MOVES * p0_mpa)
 

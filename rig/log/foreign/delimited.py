@@ -69,8 +69,8 @@ class TextTable:
     """Number of the first of them in the file, counted from 1 as an editor does."""
 
     def columns(self, wanted: Collection[str] | None = None) -> dict[str, NDArray[np.float64]]:
-        """Name -> column, in the order of the file; an empty cell is NaN, all columns have the same length. Time stamps
-        are seconds since the first, where a column begins with one.
+        """Name -> column (n,), in the order of the file and in its own units; an empty cell is NaN. Time stamps are
+        seconds since the first, where a column begins with one.
 
         With `wanted` only the columns of these names have to hold numbers; the others may be NaN. RecordError names the
         row and the column when a cell is neither, or a row is too short or too long.
@@ -128,8 +128,8 @@ def read_table(
     require: Callable[[list[str]], None] | None = None,
     wanted: Collection[str] | None = None,
 ) -> dict[str, NDArray[np.float64]]:
-    """The columns of the file at `path`, see `TextTable.columns`. `require` sees the names before the rows are looked
-    at, and raises when they are not what is wanted."""
+    """The columns (n,) of the file at `path`, in its own units, see `TextTable.columns`. `require` sees the names
+    before the rows are looked at, and raises when they are not what is wanted."""
     table = text_table(path, read_lines(path), style or Style())
     if require is not None:
         require(table.names)

@@ -78,7 +78,7 @@ class Samples:
         return len(self.log_time_ns)
 
     def rows(self, chosen: slice | NDArray[np.bool_]) -> "Samples":
-        """Only some rows."""
+        """Only some rows: a slice, or (n,) which of them."""
         fields = {name: column[chosen] for name, column in self.fields.items()}
         return Samples(fields, self.log_time_ns[chosen], self.sequence[chosen])
 

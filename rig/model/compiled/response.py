@@ -132,7 +132,8 @@ def _drives(p1: Column, p2: Column, p0: float, exponent: float) -> Column:  # pr
 def response_terms(
     p1: Column, p2: Column, p0: float, exponent: float, dt_s: float, out: Column
 ) -> None:  # pragma: no cover
-    """The bank under the drive of `rig.model.equations.drive`; fills out (n, RESPONSE_TERMS)."""
+    """The bank under the drive of `rig.model.equations.drive`, by the pressures p1, p2 (n,) in MPa; fills out
+    (n, RESPONSE_TERMS)."""
     keep, steps, drives = _keeps(dt_s), _steps(dt_s), _drives(p1, p2, p0, exponent)
     last = drives[0]
     lags, plays = _at_rest(last)

@@ -62,7 +62,8 @@ def is_machine_code_kept() -> bool:
 
 
 def run(p1: Column, p2: Column, y: Column, state: Column, params: Column, dt_s: float) -> None:
-    """Stands in `each_record` for the stage that `over_records` puts there."""
+    """Stands in `each_record` for the stage that `over_records` puts there: pressures p1, p2 (n,) in MPa and angle y
+    (n,) in deg of one record, changed in place."""
 
 
 def each_record(
