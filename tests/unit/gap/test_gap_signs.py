@@ -110,6 +110,6 @@ def test_less_than_on_the_earlier_day_is_found_with_its_sign(effect: str, number
 )
 def test_the_sentence_says_the_direction(effect: str, size: str, words: tuple[str, str]) -> None:
     for value, word in zip((0.5, -0.5), words, strict=True):
-        said = EFFECT_WORDS[effect].says({size: Interval(value, value - 0.1, value + 0.1)})
+        said = EFFECT_WORDS[effect].sentence({size: Interval(value, value - 0.1, value + 0.1)})
         assert f" {word} " in f"{said} "
         assert "-" not in said.replace("over", "")

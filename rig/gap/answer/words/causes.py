@@ -77,7 +77,7 @@ def _with_size(cause: Cause, diagnosis: Diagnosis) -> str:
     """One effect with its size, unit and sign, without a full stop."""
     words = words_of(cause.effect, diagnosis.channels)
     try:
-        sentence = "" if words is None else words.says(cause.parameters)
+        sentence = "" if words is None else words.sentence(cause.parameters)
     except KeyError:  # a law of another package has numbers of its own
         sentence = ""
     sentence = sentence or _by_its_numbers(cause)

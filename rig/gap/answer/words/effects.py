@@ -15,7 +15,7 @@ from rig.gap.raw_tests.codes import CUT_OFF, ConverterCode
 from rig.model.effect_stages import WHOLE_SESSION
 
 Numbers = Mapping[str, Interval]
-Say = Callable[[Numbers], str]
+EffectSentence = Callable[[Numbers], str]
 
 
 @dataclass(frozen=True)
@@ -24,7 +24,7 @@ class EffectWords:
 
     noun: str
     """What it is called in a list of what it may also be."""
-    says: Say
+    sentence: EffectSentence
     """Fitted numbers -> its sentence, without a full stop; `{than}` where it compares with the reference."""
     reasons: str
     look_at: str
@@ -39,12 +39,12 @@ def _more(numbers: Numbers, name: str, more: str, less: str) -> str:
     return more if value(numbers, name) >= 0.0 else less
 
 
-def _valves(numbers: Numbers, both: str, one: str) -> str:
+def _valves(numbers: Numbers, both: str, single: str) -> str:
     """Whom an effect of the two valves, or muscles, concerns, by its balance."""
     balance = value(numbers, "balance")
     if abs(balance) < 0.5 or abs(balance) > 1.5:
         return both
-    return one.format(1 if balance > 0.0 else 2)
+    return single.format(1 if balance > 0.0 else 2)
 
 
 def _valve_offset(numbers: Numbers) -> str:
@@ -110,14 +110,14 @@ def _dead_band(n: Numbers) -> str:
     return f"{who} not react while the set-point changes by less than {by}{way}"
 
 
-def _and_after(says: Say) -> Say:
+def _and_after(during: EffectSentence) -> EffectSentence:
     """A limit's sentence, with what regulators that integrate do once it is over."""
 
-    def said(numbers: Numbers) -> str:
+    def sentence(numbers: Numbers) -> str:
         late = value(numbers, "integral_s") > 0.0
-        return says(numbers) + ("; afterwards they come back late, since the regulators integrate" if late else "")
+        return during(numbers) + ("; afterwards they come back late, since the regulators integrate" if late else "")
 
-    return said
+    return sentence
 
 
 def _mismatch(numbers: Numbers) -> str:

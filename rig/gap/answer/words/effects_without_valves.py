@@ -38,7 +38,7 @@ def _warming(numbers: Numbers) -> str:
 def _stiffness(numbers: Numbers) -> str:
     return (
         EFFECT_WORDS["stiffness"]
-        .says(numbers)
+        .sentence(numbers)
         .replace("muscles, mass and weight turn", "actuator, mass and weight turn")
     )
 
@@ -46,13 +46,13 @@ def _stiffness(numbers: Numbers) -> str:
 _OTHERWISE: Mapping[str, EffectWords] = {
     "delay": replace(EFFECT_WORDS["delay"], reasons="samples or commands wait in a buffer; another program or bus stands between",
         look_at="the time stamps of commands and readings; the controller's buffers; the bus"),
-    "creep": replace(EFFECT_WORDS["creep"], says=_creep,
+    "creep": replace(EFFECT_WORDS["creep"], sentence=_creep,
         reasons="belts, cables, plastic or rubber parts give way slowly; an integrator of the position loop", look_at="a long hold at one command; whether it fades once the rig is warm; the loop's integral gain"),
-    "thermal_drift": replace(EFFECT_WORDS["thermal_drift"], says=_warming,
+    "thermal_drift": replace(EFFECT_WORDS["thermal_drift"], sentence=_warming,
         reasons="the actuator or its amplifier warms up; the room's temperature", look_at="a long record from cold; the actuator's temperature"),
     "coulomb_friction": replace(EFFECT_WORDS["coulomb_friction"], reasons="more: a dry, tight or dirty bearing or gear, a cable that rubs; less: a bearing that was greased or has run in, less preload",
         look_at="the bearing by hand with the actuator off; cables that touch; preload and tension"),
-    "stiffness": replace(EFFECT_WORDS["stiffness"], says=_stiffness, reasons="another gain of the position loop; a spring, a belt or a stiff cable at the joint; another supply voltage",
+    "stiffness": replace(EFFECT_WORDS["stiffness"], sentence=_stiffness, reasons="another gain of the position loop; a spring, a belt or a stiff cable at the joint; another supply voltage",
         look_at="the loop's gain; the supply; how far the joint gives way to a known weight"),
     "backlash": replace(EFFECT_WORDS["backlash"], look_at="gears, coupling and set screws: turn by hand with the actuator holding"),
     "end_stop": replace(EFFECT_WORDS["end_stop"], reasons="the joint touches the frame; a limit set in the controller; the sensor's range ends",

@@ -8,10 +8,10 @@ from rig.gap.reference.kinds import Kind
 
 def what_to_record(diagnosis: Diagnosis, experiment: Experiment) -> str:
     """What to record, and what it tells apart; that these are open where the answer has not said so."""
-    heard = {name for cause in diagnosis.causes for name in (cause.effect, *cause.ambiguous_with)}
+    mentioned = {name for cause in diagnosis.causes for name in (cause.effect, *cause.ambiguous_with)}
     names = " and ".join(map(noun_of, experiment.separates))
-    known = heard.issuperset(experiment.separates)
-    start = f"to tell {names} apart" if known else f"{names} leave these records alike; to tell them apart"
+    open_before = mentioned.issuperset(experiment.separates)
+    start = f"to tell {names} apart" if open_before else f"{names} leave these records alike; to tell them apart"
     what = experiment.why(diagnosis.channels)
     return f"{start}, record {what}: they differ by {experiment.weakest:.1f} standard deviations there."
 
@@ -19,8 +19,8 @@ def what_to_record(diagnosis: Diagnosis, experiment: Experiment) -> str:
 def why_no_next(diagnosis: Diagnosis) -> str:
     """Why no sweep is proposed, and what would make one possible."""
     found = [factor for factor in diagnosis.evidence.factors.values() if factor.found]
-    known = [[name for name in factor.names if name in EFFECT_WORDS] for factor in found]
-    alike = next((names for names in known if len(names) > 1), [])
+    likely = [[name for name in factor.names if name in EFFECT_WORDS] for factor in found]
+    alike = next((names for names in likely if len(names) > 1), [])
     if not alike:
         return "these records leave no effects that a sweep would tell apart"
     sentence = f"no sweep as large as these records is known that would tell {' and '.join(map(noun_of, alike))} apart"

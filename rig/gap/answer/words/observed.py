@@ -30,7 +30,7 @@ def _is_of_samples(seen: Observation) -> bool:
 def _sentence(seen: Observation, diagnosis: Diagnosis) -> str:
     """A finding that is no cause of the gap, without a full stop."""
     words = None if seen.effect is None else words_of(seen.effect, diagnosis.channels)
-    text = seen.text if words is None or not seen.parameters else words.says(dict(seen.parameters))
+    text = seen.text if words is None or not seen.parameters else words.sentence(dict(seen.parameters))
     if seen.test == USUAL:
         text = text.replace("{than}", than(diagnosis))
     elif "{than}" in text:

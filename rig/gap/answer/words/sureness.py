@@ -16,8 +16,8 @@ WORTH = 0.25
 def how_sure(diagnosis: Diagnosis) -> str:
     """The confidence as what it is: how probable it is that all of this is right."""
     verdict = diagnosis.verdict.replace("_", " ")
-    said = f"{percent(diagnosis.confidence)} that this is right as a whole (verdict: {verdict})"
-    return f"{said}{_otherwise(diagnosis)}."
+    sentence = f"{percent(diagnosis.confidence)} that this is right as a whole (verdict: {verdict})"
+    return f"{sentence}{_otherwise(diagnosis)}."
 
 
 def likelier(diagnosis: Diagnosis) -> str:
@@ -45,16 +45,16 @@ def _rival(diagnosis: Diagnosis) -> tuple[str, float]:
     rivals = [
         (
             {NONE: _nothing(diagnosis, factor), UNKNOWN: "something unknown"}.get(name, noun_of(name)),
-            _instead(diagnosis, one, chance),
+            _instead(diagnosis, judged, chance),
         )
-        for factor, one in diagnosis.evidence.factors.items()
-        for name, chance in one.probability.items()
+        for factor, judged in diagnosis.evidence.factors.items()
+        for name, chance in judged.probability.items()
         if name not in _answered(diagnosis, factor)
     ]
     rivals += [
-        ("something unknown beside it", diagnosis.confidence * one.unknown_beside / (1.0 - one.unknown_beside))
-        for factor, one in diagnosis.evidence.factors.items()
-        if one.unknown_beside < EVEN_CHANCE and UNKNOWN not in _answered(diagnosis, factor)
+        ("something unknown beside it", diagnosis.confidence * judged.unknown_beside / (1.0 - judged.unknown_beside))
+        for factor, judged in diagnosis.evidence.factors.items()
+        if judged.unknown_beside < EVEN_CHANCE and UNKNOWN not in _answered(diagnosis, factor)
     ]
     return max(rivals, key=lambda rival: rival[1], default=("", 0.0))
 
