@@ -5,7 +5,7 @@ from typing import Final
 
 import numpy as np
 
-from rig.further import Further, furthers_of
+from rig.further_channels import Further, furthers_of
 from rig.record import Record
 from rig.tags import tags_of
 

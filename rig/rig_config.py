@@ -23,8 +23,8 @@ from rig.channels import EFFECTS_FACT, PNEUMATIC, Channels, check_channels
 from rig.channels import FACT as CHANNELS_FACT
 from rig.config import bounded, nearest_file, one_line, parse_yaml, read_text, structure, suggest
 from rig.errors import ConfigError
-from rig.further import FACT as FURTHER_FACT
-from rig.further import Further, check_new, plain
+from rig.further_channels import FACT as FURTHER_FACT
+from rig.further_channels import Further, check_new, plain
 from rig.interfaces import Role
 from rig.realtime.guard import Limits
 from rig.realtime.measures import Measures

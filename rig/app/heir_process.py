@@ -8,7 +8,7 @@ from rig.errors import StateError
 from rig.realtime.safe_state import SafeBlock, SecondPath
 from rig.rig_config import RigConfig
 from rig.service.processes import tell_commander
-from rig.service.session.setups import WatcherSetup
+from rig.service.session.process_setups import WatcherSetup
 
 
 def heir_process(setup: WatcherSetup, pipe: Connection) -> None:

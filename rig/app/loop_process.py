@@ -28,7 +28,7 @@ from rig.realtime.rehearsal import NoDevice, Rehearsal, Rehearsals
 from rig.realtime.ring import Ring, RingWriter
 from rig.rig_config import RigConfig
 from rig.service.processes import name_process, tell_commander
-from rig.service.session.setups import LoopSetup
+from rig.service.session.process_setups import LoopSetup
 
 _PR_SET_PDEATHSIG = 1
 """prctl(2): the signal that comes when the process that started this one dies."""

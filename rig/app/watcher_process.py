@@ -31,7 +31,7 @@ from rig.realtime.safe_state import (
 from rig.realtime.supervisor import Supervisor
 from rig.rig_config import RigConfig
 from rig.service.processes import name_process, tell_commander
-from rig.service.session.setups import WatcherSetup
+from rig.service.session.process_setups import WatcherSetup
 
 GUARDIAN_PATIENCE_NS: Final = 250_000_000
 """The guardian comes after the supervisor and the commanding process; well before the watchdog of a device."""

@@ -17,7 +17,7 @@ from rig.errors import RigError
 from rig.gap.answer.consistency import contradictions
 from rig.gap.answer.facts import ABSORBED_SHARE, Verdict
 from rig.gap.hypotheses.library import LIBRARY, UNKNOWN, effect_class
-from rig.gap.raw_tests.levels import loudness
+from rig.gap.raw_tests.noise_levels import loudness
 from rig.record import Column, Record
 
 UNPREDICTABLE: Final = {name for name, effect in LIBRARY.items() if effect.signature}

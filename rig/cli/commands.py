@@ -7,7 +7,7 @@ from typing import Any
 
 import click
 
-from rig.cli import room
+from rig.cli import memory_room
 from rig.cli.streams import Streams
 from rig.errors import CheckFailed, Interrupted, RigError
 
@@ -112,7 +112,7 @@ def main() -> None:
     os.environ.setdefault(
         "OPENBLAS_NUM_THREADS", "1"
     )  # our matrices are small and our work is spread already: its threads only wait
-    room.watch()
+    memory_room.watch()
     status = _status()
     if failure := streams.failure():
         _say(f"pamrig: the system: {failure.strerror}")
@@ -144,7 +144,7 @@ def _status() -> Any:
         return 2
     except (MemoryError, ImportError, OSError, RuntimeError) as error:
         if _no_memory(error):
-            room.say_none()
+            memory_room.say_none()
         elif isinstance(error, OSError):
             _say(f"pamrig: {error.filename or 'the system'}: {error.strerror or error}")
         else:

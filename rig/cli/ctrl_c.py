@@ -9,7 +9,7 @@ import threading
 import time
 from typing import Any, Final
 
-from rig.cli import room
+from rig.cli import memory_room
 
 INTERRUPTED: Final = 130
 _TOLD_TO_END: Final = (signal.SIGTERM, signal.SIGHUP)
@@ -46,7 +46,7 @@ def carry_out_interruptibly(is_heard: bool) -> None:
     except KeyboardInterrupt:
         sys.exit(INTERRUPTED)
     except MemoryError:  # for the commands' own modules; what a command meets is told by it
-        room.say_none()
+        memory_room.say_none()
         sys.exit(2)
 
 

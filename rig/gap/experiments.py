@@ -14,7 +14,7 @@ from rig.gap.answer.result import Diagnosis
 from rig.gap.evidence.posterior import effect_evidence
 from rig.gap.pipeline import ExperimentEvidence, Grounds, Question, answer, weigh
 from rig.gap.reference.build import Kind
-from rig.gap.reference.fast import known_hz
+from rig.gap.reference.faster_records import known_hz
 from rig.identify.response.fingerprint import fingerprint_of
 from rig.record import Record
 

@@ -24,12 +24,12 @@ from rig.gap.hypotheses.fit import Fit
 from rig.gap.hypotheses.inverse_problems import PRESSURES, InverseProblem, angle_problem, pressure_problem
 from rig.gap.hypotheses.library import NONE, UNKNOWN, Effect, chosen
 from rig.gap.plan.candidates import SweepEnvelope
-from rig.gap.raw_tests.codes import ConverterCode, centred
+from rig.gap.raw_tests.all_tests import read_signatures
+from rig.gap.raw_tests.converter_codes import ConverterCode, centred
 from rig.gap.raw_tests.quantisation import code_found
-from rig.gap.raw_tests.read import read_signatures
 from rig.gap.raw_tests.repeats import bridged, lost_rows
 from rig.gap.raw_tests.signature import Signature
-from rig.gap.records.kept import pair_with_kept
+from rig.gap.records.fingerprint_records import pair_with_kept
 from rig.gap.records.pairs import Pair, Pairing, pair_up
 from rig.gap.reference.build import Expected, Kind, commanded_gaps, expect, read_right
 from rig.gap.reference.known_noise import known_noise

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from rig.further import PLACES, furthers_of
+from rig.further_channels import PLACES, furthers_of
 from rig.log.mcap import schema
 from rig.log.mcap.collector import LogLine
 from rig.log.mcap.columns import DTYPES, Array, Samples, kept_as, message_rows, pack_columns

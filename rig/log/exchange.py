@@ -20,7 +20,7 @@ import numpy as np
 from rig.channels import channels_of
 from rig.config import check_regular
 from rig.errors import RecordError
-from rig.further import PLACES, furthers_of
+from rig.further_channels import PLACES, furthers_of
 from rig.log.convert import LogContent
 from rig.log.foreign.delimited import read_lines
 from rig.log.foreign.sidecar import Sidecar, from_plain, read_sidecar, sidecar_path, write_sidecar

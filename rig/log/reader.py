@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from rig.channels import channels_of
 from rig.errors import RecordError
-from rig.further import PLACES, furthers_of
+from rig.further_channels import PLACES, furthers_of
 from rig.log.foreign.delimited import read_table
 from rig.log.foreign.kinds import FileKind, kind_of
 from rig.log.foreign.sidecar import read_sidecar

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from rig.channels import Channels
-from rig.further import furthers_of
+from rig.further_channels import furthers_of
 from rig.log.compare import ComparedPair
 from rig.log.replay import ReplayComparison
 from rig.outputs import OutputKind, writing

@@ -6,9 +6,9 @@ from pathlib import Path
 from typing import Any
 
 from hil.reference.names import DESIGNED_FOR
+from rig.app.gap.calibrating import known_families
 from rig.app.gap.effects import sizes_of
 from rig.app.gap.known_rigs import DEFAULT_SWEEP, Asked, DescribedRig, described_by_call, family_rig
-from rig.app.gap.levels import known_families
 from rig.app.gap.sweep_envelope import envelope_of
 from rig.app.model.simulating import commands_of
 from rig.app.shipped import find_config

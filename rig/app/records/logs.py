@@ -10,7 +10,7 @@ from typing import Any, Final, NamedTuple
 import yaml
 
 from rig.errors import RecordError
-from rig.further import furthers_of
+from rig.further_channels import furthers_of
 from rig.log import reader
 from rig.log.convert import LogContent, content_of_record, read_content, unkept_columns
 from rig.log.exchange import SUFFIXES, read_exported

@@ -28,7 +28,7 @@ def calibrate(
     The file takes the place of rig/gap/priors.yaml once a blind check on other seeds and families has shown that it is
     better.
     """
-    from rig.app.gap.levels import STEPS, FittingPlan, calibrate, known_families, write
+    from rig.app.gap.calibrating import STEPS, FittingPlan, calibrate, known_families, write
     from rig.config import unstructure
 
     plan = FittingPlan(known_families(families, left_out), units, seed, workers)

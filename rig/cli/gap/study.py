@@ -16,7 +16,7 @@ from rig.cli.outputs import Group, output_option, write_errors_last
 from rig.outputs import OutputKind
 
 if TYPE_CHECKING:
-    from rig.app.gap.levels import FittingPlan
+    from rig.app.gap.calibrating import FittingPlan
     from rig.gap.settings import Fitted
 
 F = TypeVar("F")
@@ -55,7 +55,7 @@ def sizes(
     from dataclasses import asdict
     from datetime import date
 
-    from rig.app.gap.levels import known_families
+    from rig.app.gap.calibrating import known_families
     from rig.app.gap.study.smallest_sizes import compare_sizes, rows_of, sizes_page
     from rig.app.terminal import progress
     from rig.outputs import write_text
@@ -85,7 +85,7 @@ def absorbed(units: int, seed: int, workers: int | None, json_to: str | None) ->
     """
     from rich.table import Table
 
-    from rig.app.gap.levels import known_families
+    from rig.app.gap.calibrating import known_families
     from rig.app.gap.study.absorbed import absorbed_shares, table
     from rig.app.terminal import progress
     from rig.blind_check.score import ABSORBED
@@ -118,7 +118,7 @@ def sensitivity(
     """
     from dataclasses import asdict
 
-    from rig.app.gap.levels import known_families
+    from rig.app.gap.calibrating import known_families
     from rig.app.gap.study import sensitivity as numbers
     from rig.app.gap.study.sensitivity_page import as_markdown
     from rig.app.terminal import progress
@@ -181,7 +181,7 @@ def _fit_on_plants(
     workers: int | None,
 ) -> F:  # fmt: skip
     """What is fitted by those options, after it is written with the levels to `output`."""
-    from rig.app.gap.levels import FittingPlan, known_families, write
+    from rig.app.gap.calibrating import FittingPlan, known_families, write
     from rig.app.terminal import progress
     from rig.gap.settings import PRIORS, fitted
 
@@ -203,7 +203,7 @@ def intervals(
 
     The checks must have been answered by the same priors: those shipped, or of --priors.
     """
-    from rig.app.gap.levels import write
+    from rig.app.gap.calibrating import write
     from rig.app.gap.study.fitted_checks import to_fit
     from rig.app.gap.study.intervals import with_intervals
     from rig.config import unstructure
@@ -242,7 +242,7 @@ def odds(
 
     The checks must have been answered by the same odds: those shipped, or of --priors.
     """
-    from rig.app.gap.levels import write
+    from rig.app.gap.calibrating import write
     from rig.app.gap.study.fitted_checks import to_fit
     from rig.app.gap.study.odds import with_odds
     from rig.config import unstructure
@@ -323,7 +323,7 @@ def temperature(
 
     The checks must have been answered at the temperature of the priors: those shipped, or of --priors.
     """
-    from rig.app.gap.levels import write
+    from rig.app.gap.calibrating import write
     from rig.app.gap.study.fitted_checks import to_fit
     from rig.app.gap.study.temperature import with_temperature
     from rig.config import unstructure

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, TypeVar, cast
 import click
 
 from rig.app.terminal import console
-from rig.cli import room
+from rig.cli import memory_room
 from rig.cli.common import Number, emit, json_option, with_options
 from rig.cli.outputs import Command, Output, output_option, write_errors_last
 from rig.outputs import OutputKind
@@ -163,7 +163,7 @@ def identify(logs: tuple[Path, ...], output: Path, json_to: str | None, **asked:
     follows.
     """
     _one_blas_thread()
-    room.ask(_SEARCH_MB)
+    memory_room.ask(_SEARCH_MB)
     from rig.app.model.identifying import SearchOptions, StartOptions, identify_model
     from rig.cli.model.shown import identified_json, show_identified, show_worst
     from rig.model.parameters import save_model

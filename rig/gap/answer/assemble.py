@@ -10,7 +10,7 @@ from rig.gap.answer.floor import floor_of
 from rig.gap.answer.gap_size import gap_of, predicted
 from rig.gap.answer.how_far.held_out import HowFar
 from rig.gap.answer.how_far.size_intervals import intervals, reference_of
-from rig.gap.answer.kept import dropped_effects, kept_effects, share_closed
+from rig.gap.answer.kept_effects import dropped_effects, kept_effects, share_closed
 from rig.gap.answer.observations import judged_signatures, stuck_monitors, usual_of_a_simulator
 from rig.gap.answer.result import Cause, Diagnosis, Observation, Ranked
 from rig.gap.answer.sureness import doubts_of, how_sure, right_of_each, trust

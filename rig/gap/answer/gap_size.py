@@ -9,7 +9,7 @@ from rig.gap.answer.findings import Findings, Kept
 from rig.gap.answer.floor import floor_source
 from rig.gap.answer.how_far.held_out import HowFar
 from rig.gap.answer.how_far.prediction_interval import Shrunk, prediction_interval
-from rig.gap.answer.kept import share_closed
+from rig.gap.answer.kept_effects import share_closed
 from rig.gap.answer.result import Cause
 from rig.gap.settings import ABOVE_FLOOR, FAR, Fitted
 

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from rig.gap.answer.findings import Findings, Kept
-from rig.gap.answer.kept import dropped_effects
+from rig.gap.answer.kept_effects import dropped_effects
 from rig.gap.answer.result import Cause
 from rig.gap.hypotheses.library import LIBRARY, NONE, UNKNOWN
 from rig.gap.records.pairs import Pairing

@@ -5,7 +5,7 @@ from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
 from rig.gap.answer.findings import Findings, Kept
-from rig.gap.answer.kept import dropped_effects, effects_not_kept, share_closed
+from rig.gap.answer.kept_effects import dropped_effects, effects_not_kept, share_closed
 from rig.gap.answer.result import Cause
 from rig.gap.evidence.posterior import Posterior
 from rig.gap.hypotheses.inverse_problems import ANGLE, PRESSURES

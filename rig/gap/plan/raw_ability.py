@@ -10,8 +10,8 @@ import numpy as np
 from rig.gap.hypotheses.library import Effect
 from rig.gap.plan.capability import Ability
 from rig.gap.plan.directions import unit_of
-from rig.gap.raw_tests.levels import angles_of
-from rig.gap.raw_tests.read import read_signatures
+from rig.gap.raw_tests.all_tests import read_signatures
+from rig.gap.raw_tests.noise_levels import angles_of
 from rig.gap.records.pairs import pair_up
 from rig.gap.reference.kinds import Kind
 from rig.gap.reference.known_noise import known_noise

@@ -14,7 +14,7 @@ from rig.gap.records.grid import Pair, RunColumns
 from rig.gap.records.pairs import Pairing
 from rig.gap.reference.build import Expected, Kind, from_response, rms_of
 from rig.gap.reference.expectation import line_noise
-from rig.gap.reference.fast import known_by_hz
+from rig.gap.reference.faster_records import known_by_hz
 from rig.gap.reference.own_days import angle_days, pressure_days
 from rig.gap.reference.unrepeated import of_contexts
 from rig.gap.response.propagate import RecordContext

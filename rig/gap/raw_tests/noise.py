@@ -8,7 +8,7 @@ from functools import partial
 import numpy as np
 
 from rig.columns import THIRD_DIFFERENCE_POWER, filled_in, rms, white_noise
-from rig.gap.raw_tests.levels import Measure, angles_of, level_deg, white_level_deg
+from rig.gap.raw_tests.noise_levels import Measure, angles_of, level_deg, white_level_deg
 from rig.gap.raw_tests.settings import (
     BESIDE_TO_HZ,
     CLEAR,

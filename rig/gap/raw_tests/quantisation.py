@@ -5,8 +5,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from rig.gap.raw_tests.codes import CUT_OFF, ConverterCode, code_of, cut_off_deg2
-from rig.gap.raw_tests.levels import angles_of, level_beside_deg
+from rig.gap.raw_tests.converter_codes import CUT_OFF, ConverterCode, code_of, cut_off_deg2
+from rig.gap.raw_tests.noise_levels import angles_of, level_beside_deg
 from rig.gap.raw_tests.settings import (
     COARSER,
     FINE_STEPS_APART,

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rig.columns import filled_in
-from rig.gap.raw_tests.levels import Measure, angles_of
+from rig.gap.raw_tests.noise_levels import Measure, angles_of
 from rig.gap.raw_tests.settings import (
     CHANCE_SPREAD,
     DEALINGS,

@@ -3,8 +3,8 @@
 import math
 from collections.abc import Sequence
 
-from rig.gap.raw_tests.levels import span
 from rig.gap.raw_tests.noise import KnownNoise
+from rig.gap.raw_tests.noise_levels import span
 from rig.gap.reference.kinds import Kind
 from rig.gap.settings import UsualNoise
 from rig.model.parameters import Model

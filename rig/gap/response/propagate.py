@@ -19,7 +19,7 @@ from rig.gap.records.pairs import Pair
 from rig.gap.response.causes import Ready, named
 from rig.gap.response.lateness import IN_TIME, Lateness, all_delayed, delayed, displaced
 from rig.gap.response.nominal import Reference
-from rig.gap.response.quiet import without_noise
+from rig.gap.response.without_monitor_noise import without_noise
 from rig.model.compiled.machine_code import kernel
 from rig.model.equations.drive import LEAST_SHARE
 from rig.model.response.model import ResponseModel

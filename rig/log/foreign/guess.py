@@ -17,7 +17,7 @@ from rig.channels import LONGEST_NAME, Channel
 from rig.columns import correlation
 from rig.counted import counted
 from rig.errors import RecordError
-from rig.further import PLACES, RESERVED
+from rig.further_channels import PLACES, RESERVED
 from rig.log.foreign.delimited import Style, read_lines, text_table
 from rig.log.foreign.kinds import FileKind, kind_of
 from rig.log.foreign.sniff import sniff

@@ -14,8 +14,8 @@ from rig.channels import BEYOND, FACT, PNEUMATIC, Channel, Channels, check_chann
 from rig.config import read_yaml, structure, suggest
 from rig.errors import ConfigError, RecordError
 from rig.fields import bounded
-from rig.further import FACT as FURTHER_FACT
-from rig.further import Further, check_new, plain
+from rig.further_channels import FACT as FURTHER_FACT
+from rig.further_channels import Further, check_new, plain
 from rig.log.foreign.delimited import Style, read_lines, text_table
 from rig.log.foreign.kinds import FileKind, kind_of
 from rig.log.foreign.mcap_channels import TIME_COLUMN, read_foreign
@@ -51,7 +51,7 @@ class FurtherSource(ColumnSource):
     """Where a further channel comes from; its unit is kept as it is stated."""
 
     same_within: float = bounded(0.0, 1e12, default=0.0)
-    """See rig.further.Further."""
+    """See rig.further_channels.Further."""
 
 
 @dataclass(frozen=True)

@@ -18,7 +18,7 @@ from rig.channels import FACT as CHANNELS_FACT
 from rig.columns import white_noise
 from rig.conditions import conditions
 from rig.errors import ModelError
-from rig.further import FACT as FURTHER_FACT
+from rig.further_channels import FACT as FURTHER_FACT
 from rig.record import Column, Record
 from rig.smoothing import filled, thinned
 

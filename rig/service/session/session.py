@@ -25,10 +25,10 @@ from rig.realtime.shared import KEPT_RING, SharedBlock, sweep_stale
 from rig.service.processes import continue_process, start_process
 from rig.service.records.recorder_messages import RunResult
 from rig.service.session.heir import Heir
+from rig.service.session.process_setups import LoopSetup
 from rig.service.session.process_watch import PathMaker, ProcessWatch
 from rig.service.session.recording import SessionRecording
 from rig.service.session.session_end import SessionEnd
-from rig.service.session.setups import LoopSetup
 from rig.service.session.watchers import WatcherEntry, Watchers, await_ready
 
 LoopEntry = Callable[[LoopSetup, Connection], None]

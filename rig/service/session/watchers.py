@@ -16,7 +16,7 @@ from rig.errors import ConfigError, DeviceError, RigError
 from rig.realtime.ring import Ring
 from rig.realtime.safe_state import SafeBlock, Writer
 from rig.service.processes import continue_process, start_process
-from rig.service.session.setups import WatcherSetup
+from rig.service.session.process_setups import WatcherSetup
 from rig.silence import Silence
 
 WATCHER_PATIENCE_S: Final = 0.3

@@ -9,7 +9,7 @@ import pytest
 from support.plants.gap_rigs import identified, model, mounted, session
 
 from rig.gap import pipeline
-from rig.gap.answer import kept
+from rig.gap.answer import kept_effects
 from rig.gap.answer.consistency import contradictions
 from rig.gap.answer.how_far.held_out import HowFar, how_far
 from rig.gap.answer.how_far.retuning import retune
@@ -78,7 +78,7 @@ def test_what_explains_nothing_of_records_that_the_fit_has_not_seen_is_not_named
 def test_what_closes_next_to_nothing_of_what_it_was_found_on_is_not_named(
     share: float, named: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(kept, "share_closed", lambda posterior, fit: share)
+    monkeypatch.setattr(kept_effects, "share_closed", lambda posterior, fit: share)
     found, _ = alone(AddedEffect("backlash", {"width_deg": 3.0}))
     assert [cause.effect for cause in found.causes] == ["backlash" if named else UNKNOWN]
     assert contradictions(found.to_json()) == []

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from rig.channels import PNEUMATIC, Channel, Channels, channels_of, check_channels, common
 from rig.errors import ConfigError, RecordError
-from rig.further import Further, check_furthers, furthers_of, plain
+from rig.further_channels import Further, check_furthers, furthers_of, plain
 
 MOTOR = Channels(Channel("set_point", "mm", (0.0, 300.0)), Channel("position", "mm", (-10.0, 290.0)))
 BOUNDS = st.floats(-1e6, 1e6)

@@ -23,7 +23,7 @@ from hil.reference.cases import (
 from hil.reference.excitations import Excitation, draw_set, draw_untouched
 from hil.reference.families import disturbance, family, run, unit
 from hil.reference.names import JUDGE, NAMES
-from rig.app.gap.levels import known_families
+from rig.app.gap.calibrating import known_families
 from rig.errors import ConfigError, RigError
 from rig.gap.hypotheses.library import LIBRARY
 

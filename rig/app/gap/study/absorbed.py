@@ -11,7 +11,7 @@ import numpy as np
 
 from hil.reference.cases import SISTERS, Bench, Case, DrawnKind, Purpose, bench_of, draw_sheet, realise
 from hil.reference.families import family
-from rig.app.gap.levels import known_families
+from rig.app.gap.calibrating import known_families
 from rig.blind_check.generate import nominal_model, without_fingerprint
 from rig.blind_check.source import records_of
 from rig.gap.answer.how_far.retuning import retune

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from rig.app.gap.levels import known_families, origin
+from rig.app.gap.calibrating import known_families, origin
 from rig.blind_check.folder import CheckFolder, read_json
 from rig.blind_check.generate import open_labels
 from rig.blind_check.modes import MODES

@@ -12,7 +12,7 @@ from statistics import median
 import numpy as np
 
 from hil.reference.cases import Case, DrawnKind, bench_of, realise
-from rig.app.gap.levels import FittingPlan, origin, reported, rigs_of
+from rig.app.gap.calibrating import FittingPlan, origin, reported, rigs_of
 from rig.blind_check.source import records_of
 from rig.columns import rms
 from rig.errors import RigError

@@ -7,10 +7,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from hil.reference.cases import Case
-from rig.app.gap.levels import FittingPlan, days_of, origin, reported, rigs_of
+from rig.app.gap.calibrating import FittingPlan, days_of, origin, reported, rigs_of
 from rig.gap.prior_fitting.levels import wider_for_another
-from rig.gap.raw_tests.levels import angles_of, span
 from rig.gap.raw_tests.noise import noise_beside_the_motion
+from rig.gap.raw_tests.noise_levels import angles_of, span
 from rig.gap.settings import Fitted, UsualNoise
 from rig.parallel import executor
 from rig.record import Record

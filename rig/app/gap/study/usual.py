@@ -10,7 +10,7 @@ from dataclasses import replace
 from itertools import repeat
 
 from hil.reference.cases import Case
-from rig.app.gap.levels import FittingPlan, days_of, identified, origin, reported, rigs_of
+from rig.app.gap.calibrating import FittingPlan, days_of, identified, origin, reported, rigs_of
 from rig.errors import ModelError
 from rig.gap.evidence.posterior import Posterior, judge
 from rig.gap.hypotheses.inverse_problems import angle_problem, pressure_problem

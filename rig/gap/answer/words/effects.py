@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 from rig.gap.answer.result import Interval
 from rig.gap.answer.words.sizes import share, size, sizes
-from rig.gap.raw_tests.codes import CUT_OFF, ConverterCode
+from rig.gap.raw_tests.converter_codes import CUT_OFF, ConverterCode
 from rig.model.effect_stages import WHOLE_SESSION
 
 Numbers = Mapping[str, Interval]

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hil.reference.cases import CASES_PER_UNIT, Case, Purpose, draw_sheet
-from rig.app.gap.levels import FittingPlan, write
+from rig.app.gap.calibrating import FittingPlan, write
 from rig.app.gap.study.laws import (
     LEAST_ROUGH,
     LawError,

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 import yaml
 
-from rig.app.gap.levels import FittingPlan, provenance_of, with_what_others_fit, write
+from rig.app.gap.calibrating import FittingPlan, provenance_of, with_what_others_fit, write
 from rig.gap.provenance import EVERYTHING, FitProvenance, Origin
 from rig.gap.settings import PRIORS, fitted
 

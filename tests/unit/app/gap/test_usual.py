@@ -1,7 +1,7 @@
 """What simulators usually lack is fitted on healthy rigs, and written with where it comes from."""
 
 from hil.reference.names import NAMES
-from rig.app.gap.levels import FittingPlan
+from rig.app.gap.calibrating import FittingPlan
 from rig.app.gap.study import usual
 from rig.app.gap.study.usual import with_usual
 from rig.gap.hypotheses.library import LIBRARY

@@ -17,8 +17,8 @@ from rig.app.watcher_process import watcher_process
 from rig.errors import RigError
 from rig.realtime.ring import Ring
 from rig.realtime.safe_state import Writer
+from rig.service.session.process_setups import LoopSetup, WatcherSetup
 from rig.service.session.session import Session
-from rig.service.session.setups import LoopSetup, WatcherSetup
 from rig.service.session.watchers import Watchers
 
 

@@ -23,8 +23,8 @@ from rig.app.watcher_process import watcher_process
 from rig.errors import DeviceError
 from rig.realtime.safe_state import Outcome as SafeOutcome
 from rig.realtime.safe_state import SecondPath, Writer
+from rig.service.session.process_setups import LoopSetup
 from rig.service.session.session import Watching
-from rig.service.session.setups import LoopSetup
 
 
 def loop_whose_device_takes_no_safe_state(setup: LoopSetup, pipe: Connection) -> None:

@@ -28,10 +28,10 @@ from rig.realtime.safe_state import Outcome as SafeOutcome
 from rig.realtime.safe_state import SafeReport, Writer
 from rig.sample import Sample
 from rig.service.records.recorder_messages import RunResult
+from rig.service.session.process_setups import LoopSetup
 from rig.service.session.run_setup import program_of
 from rig.service.session.session import Session
 from rig.service.session.session_end import SessionEnd
-from rig.service.session.setups import LoopSetup
 
 DENIED = {"fifo": "denied: Operation not permitted", "mlock": "granted"}
 

@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from support.plants.gap_rigs import baselines, model, session
 
-from rig.app.gap.levels import write
+from rig.app.gap.calibrating import write
 from rig.app.gap.study.temperature import with_temperature
 from rig.blind_check.folder import CheckFolder
 from rig.cli.gap.study import temperature as command

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from rig.gap.raw_tests.all_tests import read_signatures
 from rig.gap.raw_tests.quantisation import fine_step_deg, step_deg
-from rig.gap.raw_tests.read import read_signatures
 from rig.gap.records.pairs import pair_up
 from rig.record import Column, Record
 

@@ -16,10 +16,10 @@ from support.records.changed_samples import Change, repeating
 
 from rig.columns import grouped_median, on_even_steps, white_noise
 from rig.gap import diagnose
-from rig.gap.raw_tests.levels import level_deg
+from rig.gap.raw_tests.all_tests import read_signatures
 from rig.gap.raw_tests.noise import KnownNoise
+from rig.gap.raw_tests.noise_levels import level_deg
 from rig.gap.raw_tests.quantisation import quantisation_step
-from rig.gap.raw_tests.read import read_signatures
 from rig.gap.raw_tests.settings import COARSER, HIGHEST_CONFIDENCE, TESTS
 from rig.gap.raw_tests.signature import Signature
 from rig.gap.raw_tests.spectral_lines import fast_spectra, mains_line

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from support.plants.gap_rigs import baselines, session
 
-from rig.gap.raw_tests.read import read_signatures
+from rig.gap.raw_tests.all_tests import read_signatures
 from rig.gap.raw_tests.repeats import bridged, lost_rows
 from rig.gap.raw_tests.signature import Signature
 from rig.gap.raw_tests.spectral_lines import fast_spectra, mains_line

@@ -15,8 +15,8 @@ from support.records.changed_samples import repeating
 from rig.columns import rms
 from rig.gap import diagnose
 from rig.gap.answer.facts import Verdict
-from rig.gap.raw_tests.codes import ConverterCode, centred, code_of, cut_off_deg2
-from rig.gap.raw_tests.read import read_signatures
+from rig.gap.raw_tests.all_tests import read_signatures
+from rig.gap.raw_tests.converter_codes import ConverterCode, centred, code_of, cut_off_deg2
 from rig.gap.raw_tests.signature import Signature
 from rig.gap.raw_tests.spectral_lines import fast_spectra, sidebands_deg2
 from rig.gap.records.pairs import pair_up

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from rig.gap.raw_tests.read import read_signatures
+from rig.gap.raw_tests.all_tests import read_signatures
 from rig.gap.raw_tests.signature import on_days
 from rig.gap.records.pairs import pair_up
 from rig.record import Record

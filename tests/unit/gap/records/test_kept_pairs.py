@@ -8,7 +8,7 @@ import pytest
 from support.plants.gap_rigs import identified, model, session
 
 from rig.errors import RecordError
-from rig.gap.records.kept import pair_with_kept
+from rig.gap.records.fingerprint_records import pair_with_kept
 from rig.gap.records.pairs import pair_up
 from rig.model.fingerprint import Fingerprint
 from rig.model.response.kept_day import packed

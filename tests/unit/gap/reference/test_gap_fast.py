@@ -12,7 +12,7 @@ from rig.gap.likelihood.gaussian import Gaussian
 from rig.gap.likelihood.lines import lines_of
 from rig.gap.records.pairs import Pair
 from rig.gap.reference.expectation import Factor
-from rig.gap.reference.fast import doubt, fastest_hz, known_hz
+from rig.gap.reference.faster_records import doubt, fastest_hz, known_hz
 from rig.gap.settings import USUAL_HZ
 from rig.record import Column, Record
 

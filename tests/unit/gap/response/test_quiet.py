@@ -10,7 +10,7 @@ from support.plants.gap_rigs import session
 
 from rig.columns import rms
 from rig.gap import diagnose
-from rig.gap.response.quiet import without_noise
+from rig.gap.response.without_monitor_noise import without_noise
 from rig.model.parameters import AddedEffect
 from rig.record import Column, Record
 from rig.smoothing import smoothed

@@ -15,9 +15,9 @@ from rig.app import compose
 from rig.app.supervise import parts_of
 from rig.realtime.faults import Fault
 from rig.service.processes import is_stopped
+from rig.service.session.process_setups import LoopSetup
 from rig.service.session.session import Session
 from rig.service.session.session_monitor import SessionMonitor
-from rig.service.session.setups import LoopSetup
 
 pytestmark = pytest.mark.real_time
 

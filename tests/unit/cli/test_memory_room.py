@@ -11,7 +11,7 @@ from types import SimpleNamespace
 import pytest
 from support.run_command import PAMRIG
 
-from rig.cli import ctrl_c, room
+from rig.cli import ctrl_c, memory_room
 
 SAID = "pamrig: not enough memory for this command (`ulimit -v`, or a limit of its container or service?)\n"
 RECORDING = min(Path("tests/replay").glob("*.mcap"), key=lambda path: path.stat().st_size)
@@ -33,13 +33,13 @@ def test_only_where_memory_is_limited_is_it_asked_for(
     monkeypatch.setattr(sys, "meta_path", [*sys.meta_path])
     monkeypatch.setattr(resource, "getrlimit", lambda _: (limit, limit))
     before = len(sys.meta_path)
-    room.watch()
+    memory_room.watch()
     assert (len(sys.meta_path) > before) is is_watched
 
 
 @pytest.mark.parametrize("more", [0, 1])
 def test_a_library_is_loaded_where_there_is_room_and_only_there(more: int, monkeypatch: pytest.MonkeyPatch) -> None:
-    free_bytes = room.NEEDS_MB["numpy"] * (1 << 20) - 1 + more
+    free_bytes = memory_room.NEEDS_MB["numpy"] * (1 << 20) - 1 + more
 
     def mapped(_: int, size_bytes: int, **__: int) -> SimpleNamespace:
         if size_bytes > free_bytes:
@@ -49,7 +49,7 @@ def test_a_library_is_loaded_where_there_is_room_and_only_there(more: int, monke
     monkeypatch.setattr("mmap.mmap", mapped)
     monkeypatch.setattr(sys, "meta_path", [*sys.meta_path])
     monkeypatch.setattr(resource, "getrlimit", lambda _: (1 << 30, 1 << 30))
-    room.watch()
+    memory_room.watch()
     if more:
         assert importlib.util.find_spec("colorsys") is not None
         sys.meta_path[0].find_spec("numpy", None)

@@ -8,9 +8,9 @@ that a model's fingerprint knows, where there is one, and noise with what rigs u
 from collections.abc import Sequence
 
 from rig.gap.raw_tests.dropouts import ANGLE, dropouts
-from rig.gap.raw_tests.levels import angles_of, level_deg, once
 from rig.gap.raw_tests.monitors import mean_pressure, wires
 from rig.gap.raw_tests.noise import KnownNoise, noise
+from rig.gap.raw_tests.noise_levels import angles_of, level_deg, once
 from rig.gap.raw_tests.quantisation import fine_step_deg, quantisation_step
 from rig.gap.raw_tests.repeats import bridged, lost_rows, repeated_samples
 from rig.gap.raw_tests.signature import Signature
