@@ -8,11 +8,12 @@ that a model's fingerprint knows, where there is one, and noise with what rigs u
 from collections.abc import Sequence
 
 from rig.gap.raw_tests.dropouts import ANGLE, dropouts
+from rig.gap.raw_tests.lost_rows import lost_rows, without_lost
 from rig.gap.raw_tests.monitors import mean_pressure, wires
 from rig.gap.raw_tests.noise import KnownNoise, noise
 from rig.gap.raw_tests.noise_levels import angles_of, level_deg, once
 from rig.gap.raw_tests.quantisation import fine_step_deg, quantisation_step
-from rig.gap.raw_tests.repeats import bridged, lost_rows, repeated_samples
+from rig.gap.raw_tests.repeats import repeated_samples
 from rig.gap.raw_tests.signature import Signature
 from rig.gap.raw_tests.spectral_lines import fast_spectra, mains_line, spurious_tone
 from rig.gap.raw_tests.time_stamps import time_stamps
@@ -33,8 +34,8 @@ def read_signatures(pairs: Sequence[Pair], known: KnownNoise | None = None) -> l
     held = repeats.found
     if held and sessions:  # what stands still and jumps is neither a line nor noise: beside days that do so as well
         lost, held = [lost_rows(case) for case in cases], False
-        cases = [bridged(case, rows) for case, rows in zip(cases, lost, strict=True)]
-        sessions = [[bridged(day, rows) for day, rows in zip(session, lost, strict=True)] for session in sessions]
+        cases = [without_lost(case, rows) for case, rows in zip(cases, lost, strict=True)]
+        sessions = [[without_lost(day, rows) for day, rows in zip(session, lost, strict=True)] for session in sessions]
     fast, usual = fast_spectra(cases), [fast_spectra(session) for session in sessions]
     lines = [mains_line(fast, usual), spurious_tone(fast, usual)]
     standing = [line for line in lines if line.found]

@@ -1,4 +1,4 @@
-"""Lost samples that repeat the one before: found where the joint moves too fast for a repeat by chance, and bridged.
+"""Lost samples that repeat the one before: found where the joint moves too fast for a repeat by chance.
 
 Each class of speed has its own share of repeats by chance: of the baselines, or of the case's own noise dealt anew on
 its converter's step. Rows weigh by how seldom they repeat by chance, so that fast sweeps decide and slow ones do no
@@ -39,8 +39,6 @@ from rig.gap.records.dropouts import Rows
 from rig.record import Column, Record
 from rig.smoothing import smoothed
 
-Lost = tuple[Rows, Rows | None, Rows | None]
-"""Rows of the angle, p1 and p2 that were lost, (n,) each."""
 Places = tuple[Column, "NDArray[np.int64]"]
 """Angles (deg) of some rows and their classes of speed, (n,) each."""
 
@@ -110,21 +108,12 @@ def repeated_samples(
     if own.rows.sum() < LEAST_MOVING and finer:
         least, own = 0.0, count(cases, 0.0)
     usual = [count(session, least) for session in sessions]
-    dealt = step_deg > 0.0 and (not usual or _is_louder(cases, sessions, level_of))
-    parts = _parted(cases, step_deg) if dealt else []
-    anew = [count(_dealt(parts, step_deg, seed), least) for seed in range(DEALINGS)] if dealt else []
-    chance = by_chance_at_speed(usual, anew)
+    chance = by_chance_at_speed(usual, _dealt_anew(cases, sessions, step_deg, least, level_of))
     found = excess(own, chance)
     days = [excess(day, chance) for day in usual]
     between = float(np.std([day.share for day in days])) if len(days) > 1 else CHANCE_SPREAD * found.chance
     spread = float(np.hypot(found.spread, between))
-    enough = own.rows.sum() >= LEAST_MOVING
-    lost = (
-        enough
-        and found.share > max(LOST_CLEAR * spread, LEAST_LOST, LOST_MORE * found.chance)
-        and found.jump > LOST_JUMP
-        and _apart(own, chance) < LOST_PLACE
-    )
+    lost = _is_lost(own, found, spread, chance)
     base = float(np.mean([day.share for day in usual])) if usual else 0.0
     text = f"{100 * own.share:.2f} % of the moving rows repeat the row before exactly"
     text += on_days(f"{100 * base:.2f} %", bool(usual))
@@ -135,7 +124,7 @@ def repeated_samples(
     return Signature(
         "repeated samples",
         "lost_samples",
-        bool(lost),
+        lost,
         value=own.share,
         baseline=base,
         unit="1",
@@ -144,6 +133,28 @@ def repeated_samples(
         p_value=by_chance(found.share, spread),
         variance_deg2=p * moved if lost else 0.0,
         taken_out_deg2=p * moved if lost else 0.0,
+    )
+
+
+def _dealt_anew(
+    cases: Sequence[Record], sessions: Sequence[Sequence[Record]], step_deg: float, least: float, level_of: Measure
+) -> list[Repeats]:
+    """What repeats by chance in the case, its own noise dealt anew; none where its earlier days, which are as loud, say
+    that, or where it has no step."""
+    if step_deg <= 0.0 or (sessions and not _is_louder(cases, sessions, level_of)):
+        return []
+    parts = _parted(cases, step_deg)
+    return [count(_dealt(parts, step_deg, seed), least) for seed in range(DEALINGS)]
+
+
+def _is_lost(own: Repeats, found: Excess, spread: float, chance: Chance) -> bool:
+    """Whether samples are lost: plainly more repeats than by chance, each goes on as after a lost one, and they lie
+    where the angle lies."""
+    return bool(
+        own.rows.sum() >= LEAST_MOVING
+        and found.share > max(LOST_CLEAR * spread, LEAST_LOST, LOST_MORE * found.chance)
+        and found.jump > LOST_JUMP
+        and _apart(own, chance) < LOST_PLACE
     )
 
 
@@ -273,31 +284,3 @@ def _dealt(parts: Sequence[tuple[Record, Column, Column]], step: float, seed: in
         moved = np.roll(noise, int(random.integers(len(noise) // 4, 3 * len(noise) // 4 + 1)))
         dealt.append(replace(record, angle_deg=step * np.round((smooth + moved) / step)))
     return dealt
-
-
-def lost_rows(record: Record) -> Lost:
-    """Where each column repeats its row before exactly: a line may lose the sample of one sensor, or whole packets."""
-
-    def repeats(column: Column) -> Rows:
-        return np.concatenate([[False], np.diff(column) == 0])
-
-    assert record.angle_deg is not None
-    p1, p2 = (None if column is None else repeats(column) for column in (record.p1_mpa, record.p2_mpa))
-    return repeats(record.angle_deg), p1, p2
-
-
-def bridged(record: Record, lost: Lost) -> Record:
-    """The record with straight lines over lost samples.
-
-    Done to the baselines in the same rows, it leaves no difference but the case's own. What is missing stays missing.
-    """
-
-    def over(column: Column | None, rows: Rows | None) -> Column | None:
-        if column is None or rows is None:
-            return column
-        gone = np.pad(rows[: len(record)], (0, max(len(record) - len(rows), 0)))
-        kept = ~gone & np.isfinite(column)
-        return np.where(gone & np.isfinite(column), np.interp(record.t_s, record.t_s[kept], column[kept]), column)
-
-    angle, p1, p2 = (over(*each) for each in zip((record.angle_deg, record.p1_mpa, record.p2_mpa), lost, strict=True))
-    return replace(record, angle_deg=angle, p1_mpa=p1, p2_mpa=p2)

@@ -2,8 +2,10 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from rig.conditions import taken_rest
 from rig.excite.setpoints import around
@@ -17,6 +19,8 @@ from rig.gap.records.settings import LEAST_COVERED_SAID, LONGEST_BRIDGE_S
 from rig.identify.response.response_fit import GRID_S, SMOOTHING_S
 from rig.record import Column, Record
 from rig.smoothing import smoothed
+
+_Kind = TypeVar("_Kind", np.float64, np.bool_)
 
 
 @dataclass(frozen=True)
@@ -68,6 +72,35 @@ class Pair:
         return self.raw.zeroed
 
 
+@dataclass(frozen=True)
+class _Grid:
+    """The rows on which a record and its partners are laid; times in s from the record's start."""
+
+    start_s: float
+    """Of the record, on its own clock."""
+    fine_s: Column
+    """(m,) at the record's own period, on which it is smoothed."""
+    fine_dt_s: float
+    stride: int
+    """Fine rows from one row of the grid to the next."""
+    t_s: Column
+    """(n,) the grid, whole periods where the command is periodic."""
+
+    @property
+    def dt_s(self) -> float:
+        """From one row of the grid to the next."""
+        return self.fine_dt_s * self.stride
+
+    def rows_of(self, fine: NDArray[_Kind]) -> NDArray[_Kind]:
+        """(n,) the grid's rows of a column (m,) over the fine ones."""
+        return fine[:: self.stride][: len(self.t_s)]
+
+    def input_of(self, record: Record) -> Column:
+        """(n,) the command (MPa) of a record on the grid."""
+        course: Column = np.interp(self.t_s, record.t_s - self.start_s, record.dp_cmd_mpa)
+        return course
+
+
 def rows_apart(period_s: float) -> int:
     """Samples of a record of that period from one row of the grid to the next."""
     return max(1, round(GRID_S / period_s))
@@ -85,39 +118,27 @@ def on_grid(
 
     `fallen` holds what fell in the record, and then in each partner's; what has to be said goes into the notes.
     """
-    start_s = float(record.t_s[0])
+    read, start_s = record, float(record.t_s[0])
     theirs = [
         replace(partner.record, t_s=on_clock_of(partner.record, partner.alignment) + start_s) for partner in partners
     ]
-    read = record
     record, others = with_rows(read, theirs), tuple(with_rows(other, [read]) for other in theirs)
-    dt = max(record.period_s, 1e-4)
-    stride = rows_apart(dt)
-    own_s = float(record.t_s[-1]) - start_s
-    length = min(float(each.t_s[-1]) - start_s for each in (record, *others))
-    if length < LEAST_COVERED_SAID * own_s:
-        notes.append(
-            f"{record.name}: only {length:.3g} of its {own_s:.3g} s have a baseline; what came after is not looked at"
-        )
-    fine = np.arange(0.0, length + 0.5 * dt, dt)
-    t = fine[::stride]
-    t = t[: whole_periods(_input(record, start_s, t))].copy()
-    found = [_session(each, start_s, fine, dt, stride, pressures) for each in (record, *others)]
-    holes = [hole[: len(t)] for _, hole in found]
-    mine = _input(record, start_s, t)
+    grid = _grid_of(record, others, notes)
+    found = [_session(each, grid, pressures) for each in (record, *others)]
+    holes = [hole for _, hole in found]
+    mine = grid.input_of(record)
     runs = [
-        _at_own_input(_cut(session, len(t)), _input(each, start_s, t), mine, dt * stride)
+        _at_own_input(session, grid.input_of(each), mine, grid.dt_s)
         for (session, _), each in zip(found, (record, *others), strict=True)
     ]
-    u1, u2 = _commands(record, t, p0_mpa)
+    u1, u2 = _commands(record, grid.t_s, p0_mpa)
     case, *days = _through_holes(runs, holes, (u1, u2))
-    used = (~(np.any(holes, axis=0) | unsettled(read, theirs, t + start_s))).astype(float)
-    edge = max(1, round(2 * SMOOTHING_S / (dt * stride)))
-    used[-edge:] = 0.0
+    used = (~(np.any(holes, axis=0) | unsettled(read, theirs, grid.t_s + start_s))).astype(float)
+    used[-max(1, round(2 * SMOOTHING_S / grid.dt_s)) :] = 0.0
     return Pair(
         name=record.name,
-        dt_s=dt * stride,
-        t_s=t,
+        dt_s=grid.dt_s,
+        t_s=grid.t_s,
         u1_mpa=u1,
         u2_mpa=u2,
         case=case,
@@ -129,18 +150,23 @@ def on_grid(
         dropouts=fallen[0],
         baseline_dropouts=tuple(fallen[1:]),
         numbers=tuple(partner.session for partner in partners),
-        other_input=any(differs(mine, _input(other, start_s, t)) for other in others),
+        other_input=any(differs(mine, grid.input_of(other)) for other in others),
     )
 
 
-def _input(record: Record, start_s: float, t: Column) -> Column:
-    course: Column = np.interp(t, record.t_s - start_s, record.dp_cmd_mpa)
-    return course
-
-
-def _cut(session: RunColumns, rows: int) -> RunColumns:
-    first, second = (None if column is None else column[:rows] for column in (session.p1_mpa, session.p2_mpa))
-    return RunColumns(first, second, session.angle_deg[:rows])
+def _grid_of(record: Record, others: Sequence[Record], notes: list[str]) -> _Grid:
+    """The rows that a record has in common with its partners, which are on its clock; a note where it goes on for much
+    longer."""
+    start_s, dt_s = float(record.t_s[0]), max(record.period_s, 1e-4)
+    own_s = float(record.t_s[-1]) - start_s
+    length_s = min(float(each.t_s[-1]) - start_s for each in (record, *others))
+    if length_s < LEAST_COVERED_SAID * own_s:
+        notes.append(
+            f"{record.name}: only {length_s:.3g} of its {own_s:.3g} s have a baseline; what came after is not looked at"
+        )
+    fine_s, stride = np.arange(0.0, length_s + 0.5 * dt_s, dt_s), rows_apart(dt_s)
+    every = _Grid(start_s, fine_s, dt_s, stride, fine_s[::stride])
+    return replace(every, t_s=every.t_s[: whole_periods(every.input_of(record))].copy())
 
 
 def _at_own_input(session: RunColumns, theirs: Column, mine: Column, dt_s: float) -> RunColumns:
@@ -182,24 +208,23 @@ def _commands(record: Record, t: Column, p0_mpa: float) -> tuple[Column, Column]
     return around(taken_rest(record, p0_mpa), np.interp(t, own, record.dp_cmd_mpa).astype(float))
 
 
-def _session(
-    record: Record, start_s: float, t: Column, dt: float, stride: int, pressures: bool
-) -> tuple[RunColumns, Rows]:
+def _session(record: Record, grid: _Grid, pressures: bool) -> tuple[RunColumns, Rows]:
     """A record on the grid, and True in its holes; before its start and after its end is a hole as well."""
     columns: list[Column | None] = []
+    t, dt = grid.fine_s, grid.fine_dt_s
     holes, last = np.zeros(len(t), dtype=bool), np.zeros(0, dtype=bool)
     for column in (record.p1_mpa, record.p2_mpa, record.angle_deg):
         if column is None or (not pressures and column is not record.angle_deg):
             columns.append(None)
             continue
         known = np.isfinite(column)
-        times = record.t_s[known] - start_s
-        columns.append(_resampled(times, column[known], t, dt)[::stride].copy())
+        times = record.t_s[known] - grid.start_s
+        columns.append(grid.rows_of(_resampled(times, column[known], t, dt)).copy())
         if not np.array_equal(known, last):  # mostly all three are known at the same times
             holes |= _holes(times, t, dt)
         last = known
     assert columns[2] is not None
-    return RunColumns(columns[0], columns[1], columns[2]), holes[::stride]
+    return RunColumns(columns[0], columns[1], columns[2]), grid.rows_of(holes)
 
 
 def _holes(times: Column, t: Column, dt: float) -> Rows:

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from support.plants.gap_rigs import baselines, session
 
 from rig.gap.raw_tests.all_tests import read_signatures
-from rig.gap.raw_tests.repeats import bridged, lost_rows
+from rig.gap.raw_tests.lost_rows import lost_rows, without_lost
 from rig.gap.raw_tests.signature import Signature
 from rig.gap.raw_tests.spectral_lines import fast_spectra, mains_line
 from rig.gap.records.pairs import pair_up
@@ -147,7 +147,9 @@ def test_lost_samples_in_runs_are_found_and_bridged() -> None:
     records = changed(64, lost)
     assert signatures(records)["repeated samples"].found
     healthy = session(64)
-    for record, mended, truth in zip(records, [bridged(one, lost_rows(one)) for one in records], healthy, strict=True):
+    for record, mended, truth in zip(
+        records, [without_lost(one, lost_rows(one)) for one in records], healthy, strict=True
+    ):
         assert mended.angle_deg is not None
         assert record.angle_deg is not None
         assert truth.angle_deg is not None
@@ -167,12 +169,15 @@ def test_samples_that_each_sensor_loses_by_itself_are_bridged_in_its_own_rows() 
         lossy = replace(
             record, angle_deg=held(record.angle_deg, 1), p1_mpa=held(record.p1_mpa, 2), p2_mpa=held(record.p2_mpa, 3)
         )
-        mended, shortened = bridged(lossy, lost_rows(lossy)), bridged(record.rows(slice(50)), lost_rows(lossy))
+        mended, shortened = (
+            without_lost(lossy, lost_rows(lossy)),
+            without_lost(record.rows(slice(50)), lost_rows(lossy)),
+        )
         for name in ("angle_deg", "p1_mpa", "p2_mpa"):
             truth, lost, whole = (getattr(one, name) for one in (record, lossy, mended))
             assert np.std(whole - truth) < 0.5 * np.std(lost - truth)
         assert len(shortened) == 50
-    alone = bridged(replace(lossy, p1_mpa=None, p2_mpa=None), lost_rows(replace(lossy, p1_mpa=None, p2_mpa=None)))
+    alone = without_lost(replace(lossy, p1_mpa=None, p2_mpa=None), lost_rows(replace(lossy, p1_mpa=None, p2_mpa=None)))
     assert alone.p1_mpa is None
 
 
