@@ -10,7 +10,6 @@ from rig.gap.answer.result import Cause
 from rig.gap.evidence.posterior import Posterior
 from rig.gap.hypotheses.inverse_problems import ANGLE, PRESSURES
 from rig.gap.hypotheses.library import NONE, UNKNOWN
-from rig.gap.reference.build import Kind
 from rig.gap.settings import ABOVE_FLOOR, EITHER_CHANCE, EVEN_CHANCE, FAR, LEAST_EXPLAINED
 
 
@@ -95,12 +94,10 @@ def _larger_part(kept: Sequence[Kept], before: float, after: float, floor: float
 
 
 def _beyond_the_class(findings: Findings, before: float, stated: Collection[str]) -> list[Cause]:
-    """Something unknown on each factor of which none is `stated` yet, although a simulator that differs in all that it
-    may still leaves more than FAR floors, with the likeliest effect in it where that is one: its class is missed by so
-    much on no healthy rig, and what the likelihood takes for a build that is missed by more than is usual is what a
-    simulator lacks (docs/decisions/0661, 0662)."""
-    if findings.expected.kind is not Kind.SIMULATOR:
-        return []
+    """Something unknown on each factor of which none is `stated` yet, although a reference that differs in all that it
+    may still leaves more than FAR floors, with the likeliest effect in it where that is one: by so much no healthy rig
+    misses it, and what the likelihood takes for a law that is rougher than usual, or for a build that is missed by
+    more, is something that has no name (docs/decisions/0661, 0662, 0665)."""
     judged = {one.problem.name: one for one in findings.posteriors}  # of two effects the second, which knows the first
     return [
         _unknown_on(one, before, [one.best] if one.fit else [])

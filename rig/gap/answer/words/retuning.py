@@ -4,7 +4,7 @@ beyond that, in sentences. No number is computed here."""
 from collections.abc import Sequence
 
 from rig.channels import Channels
-from rig.gap.answer.facts import ABSORBED_SHARE, Retuning
+from rig.gap.answer.facts import ABSORBED_SHARE, ParameterMove, Retuning
 from rig.gap.answer.result import Diagnosis, Interval
 from rig.gap.answer.words.causes import in_pressures
 from rig.gap.answer.words.compared import FEW
@@ -18,7 +18,15 @@ AS_MUCH = 0.05
 """Shares of the error that differ by less than this are told as the same."""
 MOST_MOVES = 4
 """Moves that one sentence lists."""
-WHOSE = {"valve1_": "valve 1's", "valve2_": "valve 2's", "joint_": "the joint's", "sensor_": "the sensor's"}
+BOTH_VALVES = "valves_"
+"""How the name of a move begins that both valves made alike."""
+WHOSE = {
+    BOTH_VALVES: "both valves'",
+    "valve1_": "valve 1's",
+    "valve2_": "valve 2's",
+    "joint_": "the joint's",
+    "sensor_": "the sensor's",
+}
 """How a parameter's name begins -> whose it is."""
 QUANTITIES = {
     "gain": "gain",
@@ -39,12 +47,12 @@ def absorbed(diagnosis: Diagnosis) -> bool:
 
 
 def moves(tuning: Retuning, channels: Channels) -> list[str]:
-    """What moves as the simulator is fitted again, what closes most first: each parameter, without those whose move is
-    too small to be seen in the digits that a person is told, and the curve and loop as a whole, which are the muscles'
-    where the rig has any. Its share of what is closed is told where each is a part of the whole: two that work against
-    each other close more than all of it, one after the other."""
+    """What moves as the simulator is fitted again, what closes most first: each parameter, those of both valves that
+    move alike as one, without those whose move is too small to be seen in the digits that a person is told, and the
+    curve and loop as a whole, which are the muscles' where the rig has any. Its share of what is closed is told where
+    each is a part of the whole: two that work against each other close more than all of it, one after the other."""
     shared = []
-    for move in tuning.moved:
+    for move in _both_valves_as_one(tuning.moved):
         half, by = 0.5 * (move.high - move.low), move.after - move.before
         here = size(Interval(move.before, move.before - half, move.before + half, move.unit), signed=True, move=by)
         there = size(Interval(move.after, move.low, move.high, move.unit), signed=True, move=by)
@@ -55,6 +63,35 @@ def moves(tuning: Retuning, channels: Channels) -> list[str]:
     ordered = sorted(shared, key=lambda line: -line[0])
     parts = tuning.closes_fraction > 0.0 and all(share <= 1.0 for share, _ in ordered)
     return [f"{text} ({percent(share)} of that)" if parts and share >= LEAST_TOLD else text for share, text in ordered]
+
+
+def _both_valves_as_one(moved: Sequence[ParameterMove]) -> list[ParameterMove]:
+    """The moves, those of both valves that come from and go to the same, as surely as it is known, as one: each closes
+    a part of what late pressures open, and told apart neither is the first."""
+    by_name = {move.name: move for move in moved}
+    found: list[ParameterMove] = []
+    for move in moved:
+        valve, _, quantity = move.name.partition("_")
+        first, second = (by_name.get(f"valve{number}_{quantity}") for number in (1, 2))
+        if valve not in ("valve1", "valve2") or first is None or second is None or not _alike(first, second):
+            found.append(move)
+        elif move is first:
+            found.append(_together(first, second, f"{BOTH_VALVES}{quantity}"))
+    return found
+
+
+def _alike(first: ParameterMove, second: ParameterMove) -> bool:
+    """Whether two moves come from and go to the same, as surely as it is known where they go."""
+    width = max(first.high - first.low, second.high - second.low)
+    return max(first.low, second.low) <= min(first.high, second.high) and abs(first.before - second.before) <= width
+
+
+def _together(first: ParameterMove, second: ParameterMove, name: str) -> ParameterMove:
+    """Two moves as one: in the middle of both, as surely as the surer, and what both close."""
+    surer = min(first, second, key=lambda move: move.high - move.low)
+    after, half = 0.5 * (first.after + second.after), 0.5 * (surer.high - surer.low)
+    before, share = 0.5 * (first.before + second.before), first.share + second.share
+    return ParameterMove(name, before, after, after - half, after + half, first.unit, share)
 
 
 def parameter_words(name: str) -> str:

@@ -136,3 +136,21 @@ def test_a_zero_that_is_off_closes_all_of_it_and_muscles_that_are_close_it_toget
     assert abs(zero.muscles) < 0.1
     assert weak.muscles > 0.6
     assert sum(one.share for one in weak.moved) < 0.4
+
+
+def lag(valve: int, after_s: float, share: float) -> ParameterMove:
+    return ParameterMove(f"valve{valve}_tau_s", 0.0397, after_s, after_s - 0.003, after_s + 0.003, "s", share)
+
+
+def test_regulators_that_move_alike_are_one_move() -> None:
+    """Half of what late pressures open went with each, and the muscles' 45 % came before both."""
+    told = moves(Retuning(4.7, 1.0, (lag(2, 0.103, 0.29), lag(1, 0.1015, 0.28)), muscles=0.45), PNEUMATIC)
+    assert told == [
+        "both valves' time constant goes from 40 ms to 102 ms (57 % of that)",
+        "the muscles' own curve and loop change (45 % of that)",
+    ]
+
+
+def test_regulators_that_go_to_different_values_are_two_moves() -> None:
+    told = moves(Retuning(4.7, 1.0, (lag(1, 0.103, 0.5), lag(2, 0.06, 0.1))), PNEUMATIC)
+    assert [text.split("'")[0] for text in told] == ["valve 1", "valve 2"]
