@@ -120,7 +120,7 @@ class Page:
         if missing := missing_packages():
             _LOG.warning("no page: it needs the extra `web` (%s): pip install 'pamrig[web]'", ", ".join(missing))
             return
-        changes: dict[str, Any] = {"key": signing_key(self._setup.state)}
+        changes: dict[str, Any] = {"key": signing_key(self._setup.state), "epoch_s": time.time() - time.monotonic()}
         if self._web.token_file is not None and not self._web.local:
             changes["token"] = read_token(self._web.token_file)
         self._setup = replace(self._setup, **changes)

@@ -38,3 +38,6 @@ class PageSetup:
     """What everybody must show when the page is not local."""
     key: bytes = b""
     """Signs the visitors' cookies."""
+    epoch_s: float = 0.0
+    """The machine's date less its monotonic clock when the page was opened (s): by their sum, which nobody turns,
+    logins grow old."""

@@ -57,7 +57,7 @@ class Site:
         self._feed = _feed(setup)
         self._sweeps = Catalogue("sweep", setup.sweeps)
         self._visitors, self._guesses, self._command_holder = (
-            Visitors(setup.key, setup.token),
+            Visitors(setup.key, setup.token, lambda: setup.epoch_s + time.monotonic()),
             Guesses(),
             CommandHolder(),
         )

@@ -237,6 +237,18 @@ def test_a_sweep_from_arming_to_stop_by_the_keyboard_alone(page_bench: FaultBenc
     assert stopped(page_bench)
 
 
+def test_a_stop_that_is_refused_for_want_of_a_login_is_told_as_that(chromium: Any, page_url: str) -> None:
+    """It was sent again for 20 s, and then "nobody answers" was said."""
+    context = chromium.new_context()  # of its own: a browser writes of every refusal into its console
+    page = context.new_page()
+    page.route("**/stop", lambda route: route.fulfill(status=401, body="show the token first, at /login\n"))
+    page.goto(page_url)
+    says(page, "now-viewers", "page")
+    page.click("#stop-button")
+    says(page, "stop-said", "^NOT CONFIRMED: this page is not logged in any more")
+    context.close()
+
+
 def tab_to(page: Any, wanted: str, address: str = "", *, back: bool = False) -> None:
     """As somebody would who has no mouse: on to the next that takes the keyboard, which shows that it has it."""
     page.wait_for_selector(f"#{wanted}:enabled" if wanted else f"a[href='{address}']")

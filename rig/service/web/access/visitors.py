@@ -37,7 +37,9 @@ class Visitor:
 class Visitors:
     """Makes and recognises visitors. What is signed is void once key or token are others."""
 
-    def __init__(self, key: bytes, token: str, clock: Callable[[], float] = time.time) -> None:
+    def __init__(self, key: bytes, token: str, clock: Callable[[], float] = time.monotonic) -> None:
+        """`clock`: seconds by which a login grows old. Not the machine's date: who turns it would log everybody out,
+        and Stop with them."""
         self._key = hmac.digest(key, token.encode(), "sha256")
         self._token, self._clock = token.encode(), clock
 

@@ -4,6 +4,7 @@ import { by, put } from "./dom.js";
 const AGAIN_MS = 400;
 const GIVE_UP_MS = 20000;
 const PRESS_MS = 1000;
+const LOGGED_OUT = "this page is not logged in any more. Open the dump valve; pamrig estop on the rig's machine. Then load the page again.";
 
 async function one(controller) {
   const answer = await fetch("/stop", {
@@ -13,6 +14,7 @@ async function one(controller) {
     signal: controller.signal,
     keepalive: true,
   });
+  if (answer.status === 401) return { ok: false, said: LOGGED_OUT };
   return answer.json();
 }
 

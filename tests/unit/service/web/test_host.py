@@ -7,6 +7,7 @@ import os
 import socket
 import stat
 import threading
+import time
 from collections.abc import Callable, Coroutine
 from multiprocessing.connection import Connection
 from pathlib import Path
@@ -122,6 +123,35 @@ def watch(folder: Path, seen: Callable[[Page, "asyncio.Future[None]"], Coroutine
         asyncio.run(both())
     finally:
         page.close()
+
+
+def test_every_page_of_a_daemon_has_the_date_at_which_the_first_was_opened(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    told: list[PageSetup] = []
+
+    def process(args: tuple[PageSetup, ...], **_: object) -> _SlowToEnd:
+        told.append(args[0])
+        return _SlowToEnd(threading.Event(), over)
+
+    over = threading.Event()
+    over.set()
+    monkeypatch.setattr(host, "start_process", lambda process: None)
+    monkeypatch.setattr(
+        multiprocessing, "get_context", lambda _: SimpleNamespace(Pipe=multiprocessing.Pipe, Process=process)
+    )
+    dates = iter((1e9, *[2e9] * 100))
+    monkeypatch.setattr(time, "time", lambda: next(dates))
+
+    async def seen(page: Page, _: "asyncio.Future[None]") -> None:
+        while not page.restarts:
+            await asyncio.sleep(0.001)
+
+    before_s = time.monotonic()
+    watch(tmp_path, seen)
+    assert len(told) > 2
+    assert {setup.epoch_s for setup in told} == {told[0].epoch_s}
+    assert 1e9 - time.monotonic() <= told[0].epoch_s <= 1e9 - before_s
 
 
 def test_the_daemon_s_own_loop_does_not_wait_for_a_page_to_end(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -6,6 +6,7 @@ import contextlib
 import html
 import json
 import socket
+import time
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -15,7 +16,7 @@ import pytest
 from starlette.requests import Request
 
 from rig.app import compose, shipped
-from rig.service.web.access.visitors import COOKIE, GUESSES, Guesses, Visitors
+from rig.service.web.access.visitors import COOKIE, GUESSES, LASTS_S, Guesses, Visitors
 from rig.service.web.page_setup import PageSetup
 from rig.service.web.routes.pages import Pages
 from rig.service.web.site import Site
@@ -124,6 +125,16 @@ def test_with_the_token_one_comes_in_and_a_program_may_show_it_each_time(network
     assert ask(networked, "/live", OWN | cookie_of(known), kind="websocket").status == 101
     assert ask(networked, "/api/status", {"authorization": f"Bearer {TOKEN}"}).status == 200
     assert ask(networked, "/api/status", {"authorization": "Bearer wrong"}).status == 401
+
+
+def test_a_login_grows_old_by_a_clock_that_nobody_turns(networked: Site, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The machine's date may be set forward by months while somebody has the page open, and Stop goes through it."""
+    known, real, later_s = cookie_of(log_in(networked)), time.monotonic, 0.0
+    monkeypatch.setattr(time, "monotonic", lambda: real() + later_s)
+    later_s = LASTS_S - 60.0
+    assert ask(networked, "/stop", OWN | known, method="POST").status != 401
+    later_s = LASTS_S + 60.0
+    assert ask(networked, "/stop", OWN | known, method="POST").status == 401
 
 
 def test_guessing_is_limited_at_both_ways_in_and_the_right_token_must_wait_too(networked: Site) -> None:
