@@ -35,6 +35,7 @@ class LeftUnsafe:
         self._hands: StandBy | None = None
         self._appoint = appoint
         self._heir: Heir | None = None
+        self._appointing, self._over = threading.Lock(), False
 
     def begin_with(self, session: Session) -> None:
         """That session is being closed, by whoever has told of the rig so far."""
@@ -76,6 +77,8 @@ class LeftUnsafe:
             while self.owed and not self._ended.is_set():
                 if not driver():
                     self.tell(write_and_look(path))
+                if self.owed and (heir := self._heir) is not None and not heir.alive:
+                    self.bequeath()  # he was lost before this process, which may be as well
                 self._ended.wait(_AGAIN_S)
             if not self.owed and self._heir is not None:
                 self._heir.release()
@@ -99,22 +102,26 @@ class LeftUnsafe:
     def bequeath(self, meanwhile: Callable[[], None] | None = None) -> None:
         """See that somebody goes on without this process. `meanwhile` is called ten times a second until he is ready;
         None: he is not waited for."""
-        if self._heir is not None and self._heir.alive:
-            return
-        try:
-            if self._heir is not None:
-                self._heir.end()
-            self._heir = self._appoint()
-            if meanwhile is not None and self._heir is not None:
-                self._heir.await_ready(meanwhile)
-        except (RigError, OSError) as error:
-            _LOG.error("nobody would go on to make the rig safe without this process: %s", error)
+        with self._appointing:
+            former = self._heir
+            if self._over or (former is not None and former.alive):
+                return
+            self._heir = None
+            try:
+                if former is not None:
+                    former.end()
+                self._heir = self._appoint()
+                if meanwhile is not None and self._heir is not None:
+                    self._heir.await_ready(meanwhile)
+            except (RigError, OSError) as error:
+                _LOG.error("nobody would go on to make the rig safe without this process: %s", error)
 
     def end(self) -> str:
         """Try no more, and nobody else; returns what became of the rig, in words, and nothing where no session has left
         it so."""
         self.pause()
-        heir, self._heir = self._heir, None
+        with self._appointing:  # one who is just being appointed would stay behind
+            self._over, heir, self._heir = True, self._heir, None
         if heir is not None:
             heir.end()
         return self.report.words if self.report.writer else ""
@@ -128,5 +135,5 @@ class LeftUnsafe:
             deadline = time.monotonic() + _LET_GO_S
             while hands.busy and time.monotonic() < deadline:
                 time.sleep(_POLL_S)
-        if self._heir is not None:
-            self._heir.await_quiet()
+        if (heir := self._heir) is not None:
+            heir.await_quiet()
