@@ -42,6 +42,8 @@ MAKE_SAFE_S: Final = 2.0
 on."""
 PRIORITY: Final = 20
 """Real-time, where it is allowed: a device that watches for silence gives a busy machine a few periods only."""
+LETTING_GO_NS: Final = 7_000_000_000
+"""For letting go of a safe device, as two I/O processes may take, before the supervisor takes over."""
 PATIENCE: Final = 20
 """Failed ticks in a row before the ticker lets go."""
 
@@ -96,9 +98,11 @@ class DeviceTicker:
             except DeviceError as unsafe:
                 raise beside(error, str(unsafe)) if isinstance(error, RigError) else unsafe from None
             finally:
-                if self._supervision is not None:
-                    self._supervision.__exit__(kind, error, trace)
-                let_go(self._device)
+                with contextlib.ExitStack() as above:  # to the last: until then a watchdog may go on
+                    if self._supervision is not None:
+                        above.push(self._supervision)
+                        self._supervision.beat(LETTING_GO_NS)
+                    let_go(self._device)
             if said and not isinstance(error, RigError) and (error is not None or pressed):
                 _tell(said)
         if said and isinstance(error, RigError):

@@ -12,7 +12,7 @@ from typing import Any
 import pytest
 
 from rig.app.devices import bringup
-from rig.app.devices.bringup import DeviceTicker
+from rig.app.devices.bringup import LETTING_GO_NS, DeviceTicker
 from rig.errors import DeviceLost, RigError
 from rig.interfaces import Measurement
 from rig.sample import BROKEN_WIRE, SUSPECT
@@ -85,6 +85,19 @@ def test_a_second_ctrl_c_does_not_keep_the_rig_from_its_safe_state(number: signa
     assert device.struck
     assert (device.is_safe, above.let_go_of_a_safe_rig, device.is_open) == (True, True, False)
     assert signal.getsignal(number) is before
+
+
+def test_those_above_are_let_go_after_the_device(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A command that was killed between the two left a module whose watchdog went on, and nobody who looked: 0 MPa half
+    a second later. And it was waited for their end, while nobody fed it."""
+    device, order = Pressed(), list[str]()
+    above = Above(device)
+    monkeypatch.setattr(device, "close", lambda: order.append("device"))
+    monkeypatch.setattr(above, "beat", lambda ahead_ns=0: order.append("beat") if ahead_ns == LETTING_GO_NS else None)
+    monkeypatch.setattr(Above, "__exit__", lambda *_: order.append("those above"))
+    with contextlib.suppress(KeyboardInterrupt):
+        held(device, above)
+    assert order == ["beat", "device", "those above"]
 
 
 def test_a_ctrl_c_on_the_way_out_is_heard_after_it() -> None:
