@@ -18,8 +18,7 @@ from rig.channels import FACT as CHANNELS
 from rig.errors import RigError
 from rig.realtime.faults import explain
 from rig.realtime.state import Event, State
-from rig.service.aside import DiskWork, aside, in_any_case
-from rig.service.connections import socket_access
+from rig.service.aside import DiskWork, aside, aside_or_here, in_any_case
 from rig.service.connections.arguments import check_line
 from rig.service.connections.control import Server
 from rig.service.connections.protocol import VERSION, ClientRequest, Code, Refused
@@ -38,6 +37,7 @@ from rig.service.session.session_monitor import SessionMonitor
 from rig.service.session.session_parts import SessionParts
 from rig.service.session.telemetry import fault_json, safe_json
 from rig.service.settings import DaemonSettings, make_folder, read_token
+from rig.service.state_folder import StateFolder
 from rig.service.views import metrics
 from rig.service.views.fault_reports import FaultReports
 from rig.service.views.live import LiveView
@@ -71,27 +71,19 @@ class Daemon:
         writer."""
         settings = settings.in_place()
         make_folder(settings.logs)
-        make_folder(settings.state, socket_access.OWN_MODE)
-        socket_access.keep_others_from(settings.state, "the daemon's queue and ledger")
-        taken = (
-            f"{settings.state}: another daemon is running with this state folder; see `pamrig status`, or "
-            "give another by --state"
-        )
-        self._locks = [socket_access.take_lock(settings.state / "daemon.lock", taken)]
-        if (folder_lock := socket_access.lock_folder(settings.state, taken)) is not None:
-            self._locks.append(folder_lock)
+        self._state = StateFolder(settings.state)
         self._parts, self._settings = parts, settings
         self._owner = Owner.of(settings.state, parts.rig.name)
         self._monitor = SessionMonitor(parts, settings.force, str(self._owner))
-        self._queue = Queue(settings.state / "queue.json")
-        self._operating = OperatingTime(settings.operating_time)
-        self._ledger = Ledger(settings.ledger, self._operating.s)
+        self._queue = Queue(settings.state / "queue.json", self._state.check)
+        self._operating = OperatingTime(settings.operating_time, check=self._state.check)
+        self._ledger = Ledger(settings.ledger, self._operating.s, self._state.check)
         self._disks = DiskWork()
         self._retention = Retention(self._ledger, settings.retention, self._operating, self._disks)
         self._runner = QueueRunner(self._monitor, self._queue, parts.rig, settings, self._ledger, self._disks)
         self._checker = Planner(parts.rig)
         self._starting = StartHandler(self._monitor, self._queue, self._runner, self._checker)
-        self._reports = FaultReports(self._monitor, settings.state / "blackbox", self._runner.hold)
+        self._reports = FaultReports(self._monitor, settings.state / "blackbox", self._runner.hold, self._state.check)
         self._server = Server(self._handle, self.status, self._begin_estop)
         self._live = LiveView(settings.live.port)
         self._page = Page(settings.web, page_setup(parts, settings))
@@ -129,8 +121,7 @@ class Daemon:
                 finally:
                     await self._finish()
             finally:
-                for lock in self._locks:
-                    os.close(lock)
+                self._state.close()
 
     def end(self) -> None:
         """Leave `serve`, without waiting for a rig that is still being opened."""
@@ -180,12 +171,20 @@ class Daemon:
         await in_any_case(aside(self._live.close), aside(self._page.close))
         left = await asyncio.get_running_loop().run_in_executor(self._starter, self._monitor.close, self._wait_on)
         lost = await self._reports.end(self._wait_on)
-        late = await self._disks.end(self._retention.remember, self._wait_on)
+        late = await self._disks.end(self._keep_last, self._wait_on)
         await self._server.close()
         for executor in (self._starter, self._marking):
             executor.shutdown()
         self._notifier.close()
         _LOG.info("ended; %s", "; ".join(filter(None, (left, lost, late))))
+
+    def _keep_last(self) -> None:
+        """What a disk that was full, or away, did not take before."""
+        try:
+            self._queue.save()
+        except RigError as error:
+            _LOG.error("%s; the next daemon knows the queue as it was kept last", error)
+        self._retention.remember()
 
     def _wait_on(self, why: str) -> None:
         """Say what the end waits for; whoever told us to end is to wait too."""
@@ -227,7 +226,8 @@ class Daemon:
             await asyncio.sleep(_HOUSEKEEPING_S)
 
     async def _stay_reachable(self) -> None:
-        """Somebody may clean up where the socket lies; who wants to stop the rig must find it."""
+        """Somebody may clean up where the socket lies; who wants to stop the rig must find it. Or where the queue
+        lies."""
         said = ""
         while True:
             await asyncio.sleep(_SOCKET_S)
@@ -238,6 +238,8 @@ class Daemon:
             if found and found != said:
                 _LOG.warning("%s %s", self._settings.socket, found)
             said = found
+            if await aside_or_here(self._state.came_back):
+                await self._runner.keep()
 
     # commands
 

@@ -3,7 +3,7 @@ nothing."""
 
 import json
 import threading
-from collections.abc import Collection, Iterator
+from collections.abc import Callable, Collection, Iterator
 from dataclasses import asdict, dataclass, field, fields
 from enum import StrEnum
 from pathlib import Path
@@ -13,7 +13,7 @@ from rig.config import structure
 from rig.counted import counted
 from rig.errors import ConfigError, RigError
 from rig.fields import bounded
-from rig.service.records.durable_file import put_aside, write_durably
+from rig.service.records.durable_file import anywhere, put_aside, write_durably
 
 MOST_OPEN = 200
 """So many sweeps may wait: each stands in every status."""
@@ -82,8 +82,8 @@ class Job:
 class Queue:
     """Jobs in order. Every change is on the disk before the call returns; any thread may make one."""
 
-    def __init__(self, path: Path) -> None:
-        self._path = path
+    def __init__(self, path: Path, check: Callable[[], None] = anywhere) -> None:
+        self._path, self._check = path, check
         self.jobs: list[Job] = []
         self._last_id = 0
         self._saving = threading.Lock()
@@ -159,6 +159,7 @@ class Queue:
     def save(self) -> None:
         """Onto the disk, whole or not at all. RigError when the folder takes nothing."""
         with self._saving:
+            self._check()
             self._save()
 
     def _save(self) -> None:

@@ -144,7 +144,7 @@ class QueueRunner:
 
     async def _job(self, job: Job) -> None:
         job.state, job.error = JobState.RUNNING, ""
-        await self._keep()
+        await self.keep()
         try:
             sweep = await self._planned(self.planner.open(Path(job.sweep)))
             if sweep.records != job.total:
@@ -161,7 +161,7 @@ class QueueRunner:
             self._give_up(job, JobState.FAILED, str(error))
         if job.state is JobState.RUNNING:
             job.state = JobState.DONE if job.done == job.total else JobState.STOPPED
-        await self._keep()
+        await self.keep()
 
     async def _planned(self, asked: Coroutine[Any, Any, T]) -> T:
         """What the planner answers, which may take minutes; _Held as soon as nothing is to be begun any more, for a
@@ -184,7 +184,7 @@ class QueueRunner:
         await self.check_space()
         if not job.folder:
             job.folder = str(await self._disks.do(lambda: self._folder(job.name)))
-            await self._keep()  # before anything lies there: a daemon may be killed in the first record
+            await self.keep()  # before anything lies there: a daemon may be killed in the first record
         await self._disks.do(lambda: _make(Path(job.folder)))
         for index in range(job.done, job.total):
             await self.check_space()
@@ -205,9 +205,9 @@ class QueueRunner:
                 self._give_up(job, JobState.STOPPED, f"{result.file.name}: {lost}: the sweep is not whole")
                 return
             job.done += 1
-            await self._keep()
+            await self.keep()
 
-    async def _keep(self) -> None:
+    async def keep(self) -> None:
         """The queue onto the disk. One that takes nothing is told, and is no end of the daemon: the queue goes on in
         memory, and is kept by the next change that can be."""
         try:

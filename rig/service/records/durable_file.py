@@ -13,6 +13,11 @@ from rig.outputs import keep_names
 _LOG: Final = logging.getLogger("pamrig")
 
 
+def anywhere() -> None:
+    """Asked before each write whether the folder is still the daemon's (`StateFolder.check`): it is, as nobody moves
+    it."""
+
+
 def write_durably(path: Path, text: str, problem: str = "cannot be written") -> None:
     """Onto the disk, whole or not at all. RigError, which says of the path what the `problem` is, when the folder takes
     nothing."""

@@ -19,7 +19,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from rig.errors import RigError
-from rig.service.records.durable_file import put_aside, write_durably
+from rig.service.records.durable_file import anywhere, put_aside, write_durably
 
 _ROUNDED_NS: Final = 2_000_000_000
 """FAT keeps the time of a write to 2 s, and forgets the rest once the file has left the cache."""
@@ -65,9 +65,11 @@ class Ledger:
     Nothing is held in memory: a daemon that records for a month needs no more of it than one that has just begun.
     """
 
-    def __init__(self, path: Path, operating_s: Callable[[], float] = lambda: 0.0) -> None:
+    def __init__(
+        self, path: Path, operating_s: Callable[[], float] = lambda: 0.0, check: Callable[[], None] = anywhere
+    ) -> None:
         """`operating_s`: how long the daemon has run, over all its starts; who only reads needs none."""
-        self._path, self._operating_s = path, operating_s
+        self._path, self._operating_s, self._check = path, operating_s, check
         self._writing = threading.Lock()
         self._broken = False
         self._read()
@@ -93,11 +95,13 @@ class Ledger:
             str(path), seen.st_dev, seen.st_ino, seen.st_size, time.time(), self._operating_s(), seen.st_mtime_ns
         )
         with self._writing:
+            self._check()
             self._append(_line(entry))
 
     def forget(self, paths: list[str]) -> None:
         """Leave out entries whose files are gone, and write the rest anew. RigError when that cannot be written."""
         with self._writing:
+            self._check()
             kept = [entry for path, entry in self._read().items() if path not in set(paths)]
             self._put_aside()
             write_durably(self._path, "".join(map(_line, kept)))

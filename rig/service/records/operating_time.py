@@ -10,15 +10,17 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
-from rig.service.records.durable_file import put_aside, write_durably
+from rig.service.records.durable_file import anywhere, put_aside, write_durably
 
 
 class OperatingTime:
     """An operating-hours counter, kept in a file of the daemon's state folder. Only the daemon `save`s."""
 
-    def __init__(self, path: Path, clock_s: Callable[[], float] = time.monotonic) -> None:
+    def __init__(
+        self, path: Path, clock_s: Callable[[], float] = time.monotonic, check: Callable[[], None] = anywhere
+    ) -> None:
         """Begins where the file ends; at 0 when there is none, or it holds something else: then nothing is old."""
-        self._path, self._clock_s = path, clock_s
+        self._path, self._clock_s, self._check = path, clock_s, check
         self._began_s = clock_s()
         before_s = _read(path)
         self._before_s, self._broken = before_s or 0.0, before_s is None
@@ -30,6 +32,7 @@ class OperatingTime:
     def save(self) -> None:
         """Onto the disk, whole or not at all; a file that held something else is put aside, only now that something is
         written. RigError when the folder takes nothing."""
+        self._check()
         if self._broken:
             put_aside(self._path)
             self._broken = False

@@ -15,6 +15,7 @@ from rig.realtime.safe_state import Outcome
 from rig.realtime.state import State
 from rig.service.aside import END_S, aside
 from rig.service.records import blackbox
+from rig.service.records.durable_file import anywhere
 from rig.service.session.session_monitor import SessionMonitor
 
 AGAIN_S: Final = 5.0
@@ -27,9 +28,11 @@ _LOG = logging.getLogger("pamrig")
 class FaultReports:
     """Looks at the session's fault and safe state, and tells each change once."""
 
-    def __init__(self, monitor: SessionMonitor, folder: Path, hold: Callable[[], None]) -> None:
+    def __init__(
+        self, monitor: SessionMonitor, folder: Path, hold: Callable[[], None], check: Callable[[], None] = anywhere
+    ) -> None:
         """Black boxes go into `folder`; `hold` is called for every new fault, before it is told."""
-        self._monitor, self._folder, self._hold = monitor, folder, hold
+        self._monitor, self._folder, self._hold, self._check = monitor, folder, hold, check
         self._fault, self._since_s = Fault.NONE, 0.0
         self._safe_words = ""
         self.black_boxes: list[Path] = []
@@ -82,7 +85,7 @@ class FaultReports:
             try:
                 if box is None:
                     box = await aside(lambda: blackbox.take(session.ring, fault, message))
-                saved = await aside(partial(box.write, self._folder))
+                saved = await aside(partial(self._write, box))
             except RigError as error:
                 if last:
                     self._lose(fault.name, str(error))
@@ -98,6 +101,10 @@ class FaultReports:
             else:
                 self._keep(saved, explain(fault))
                 return
+
+    def _write(self, box: blackbox.Box) -> Path:
+        self._check()
+        return box.write(self._folder)
 
     async def end(self, say: Callable[[str], None], patience_s: float = END_S) -> str:
         """Try once more what still waits for the disk, which `say` gets a line of, and give it so long; returns what is

@@ -1,5 +1,6 @@
 """A daemon of real processes: an operator's day, what he does wrong, and restarts."""
 
+import json
 import os
 import signal
 import threading
@@ -281,6 +282,26 @@ def test_a_daemon_that_is_killed_in_the_first_record_knows_where_that_lies(bench
     (known,) = [one for one in bench.status()["queue"] if one["id"] == job["id"]]
     assert (known["state"], Path(known["folder"])) == ("stopped", folder)
     assert folder.is_dir()
+
+
+def test_a_state_folder_that_is_away_for_a_while_loses_nothing(bench: FaultBench, client: Client) -> None:
+    """The black box made a folder at its place, into which the queue went: the one that was moved could not come back.
+    Nobody said anything of it."""
+    client.arm()
+    client.start(bench.sweep)
+    bench.wait(lambda: client.status()["record"], "the record")
+    begun = len(bench.log_text())
+    away = bench.state.rename(bench.folder / "away")
+    try:
+        bench.wait(lambda: "the daemon's state folder was moved" in bench.log_text()[begun:], "the daemon to say so")
+        client.estop()
+        bench.wait(lambda: "black box could not be written, and is tried again" in bench.log_text()[begun:], "the box")
+        assert (client.status()["fault"]["name"], bench.is_safe, bench.state.exists()) == ("ESTOP", True, False)
+    finally:
+        away.rename(bench.state)
+    bench.wait(lambda: any("estop" in box for box in client.status()["black_boxes"]), "the black box")
+    kept = json.loads((bench.state / "queue.json").read_text())
+    assert [job["state"] for job in kept["jobs"] if job["name"] == bench.sweep.stem][-1] == "stopped"
 
 
 def test_ended_daemons_leave_no_shared_memory(bench: FaultBench) -> None:

@@ -7,6 +7,7 @@ import threading
 from collections.abc import Callable
 from pathlib import Path
 from types import SimpleNamespace
+from typing import Any
 
 import pytest
 from support.rigs.served_daemon import listening
@@ -17,6 +18,7 @@ from rig.realtime.faults import Fault
 from rig.realtime.ring import Ring
 from rig.service.connections import protocol
 from rig.service.daemon import Daemon
+from rig.service.queue.job_queue import Queue
 from rig.service.queue.planner import Planner
 from rig.service.queue.queue_runner import QueueRunner
 from rig.service.records.operating_time import OperatingTime
@@ -70,6 +72,35 @@ def test_a_black_box_that_cannot_be_written_is_in_the_last_line_and_delays_no_sa
         f"ended; the rig is safe; the black box of NOT_FOLLOWING is lost: {tmp_path / 'blackbox'}: cannot be made: "
         "File exists"
     )
+
+
+def test_what_a_full_disk_did_not_take_of_the_queue_is_kept_at_the_end(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    """A sweep that was done, or stopped, was none for the next daemon, though the disk had room again."""
+    caplog.set_level("INFO", logger="pamrig")
+    monkeypatch.setattr(SessionMonitor, "open", lambda _: None)
+    monkeypatch.setattr(Planner, "warm", lambda _: asyncio.sleep(0))
+    kept = tmp_path / "queue.json"
+    Queue(kept).add(Path("/sweep.yaml"), "long", 2, 1.0, 0.0)
+    queues, make = list[Queue](), Queue.__init__
+
+    def made(queue: Queue, *given: Any) -> None:
+        make(queue, *given)
+        queues.append(queue)
+
+    monkeypatch.setattr(Queue, "__init__", made)
+    settings = DaemonSettings(logs=tmp_path / "logs", state=tmp_path, socket=tmp_path / "s.sock", web=Web(on=False))
+
+    async def serve() -> None:
+        daemon, serving = await listening(settings, caplog)
+        (job,) = queues[-1].jobs
+        job.done = 1  # and the disk was full
+        daemon.end()
+        await serving
+
+    asyncio.run(serve())
+    assert [job.done for job in Queue(kept).jobs] == [1]
 
 
 @pytest.mark.parametrize("begun", [(OperatingTime, "save"), (metrics, "write")], ids=["operating time", "metrics"])

@@ -3,6 +3,9 @@
 import asyncio
 import multiprocessing
 import os
+import shutil
+import stat
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -11,14 +14,19 @@ import pytest
 from rig.app import compose, shipped
 from rig.app.supervise import parts_of
 from rig.cli.commands import cli
-from rig.errors import StateError
+from rig.errors import RigError, StateError
 from rig.rig_config import RigConfig
+from rig.service.connections import socket_access
 from rig.service.daemon import Daemon
 from rig.service.processes import start_process
+from rig.service.queue.job_queue import Queue
 from rig.service.queue.planner import Planner
+from rig.service.records.ledger import Ledger
+from rig.service.records.operating_time import OperatingTime
 from rig.service.session.session_monitor import SessionMonitor
 from rig.service.session.session_parts import SessionParts
 from rig.service.settings import DaemonSettings, View, Web
+from rig.service.state_folder import StateFolder
 
 
 def daemon_in(folder: Path) -> Daemon:
@@ -38,6 +46,68 @@ def test_a_state_folder_of_everybodys_is_refused(tmp_path: Path) -> None:
     with pytest.raises(StateError, match="is to hold the daemon's queue and ledger, and is meant for everybody"):
         daemon_in(tmp_path)
     assert not (tmp_path / "daemon.lock").exists()
+
+
+def queued(folder: Path) -> list[str]:
+    """The sweeps of the queue that is kept there."""
+    return [job.name for job in Queue(folder / "queue.json").jobs]
+
+
+def test_a_state_folder_that_is_moved_away_is_written_nowhere_else(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    """By its name alone the queue of one daemon was written over that of another, which had begun at that place."""
+    place, record = tmp_path / "state", tmp_path / "sine.mcap"
+    record.write_bytes(b"record")
+    ours = StateFolder(place)
+    queue, ledger = Queue(place / "queue.json", ours.check), Ledger(place / "records.jsonl", check=ours.check)
+    operating = OperatingTime(place / "operating_time.json", check=ours.check)
+    queue.add(Path("/sweep.yaml"), "ours", 1, 1.0, 0.0)
+    assert not ours.came_back()
+    away = place.rename(tmp_path / "away")
+    for _ in range(2):
+        assert not ours.came_back()
+    assert len(caplog.records) == 1, "said once"
+    with pytest.raises(StateError, match="another daemon is running with this state folder"):
+        StateFolder(away)
+    theirs = StateFolder(place)
+    Queue(place / "queue.json", theirs.check).add(Path("/sweep.yaml"), "theirs", 1, 1.0, 0.0)
+    before = {file.name for file in place.iterdir()}
+    for write in (queue.save, operating.save, partial(ledger.add, record), partial(ledger.forget, [])):
+        with pytest.raises(RigError, match=f"{place}: the daemon's state folder was moved, or its disk taken away"):
+            write()
+    assert (queued(place), {file.name for file in place.iterdir()}) == (["theirs"], before)
+    theirs.close()
+    place.rename(tmp_path / "theirs")
+    away.rename(place)
+    assert ours.came_back()
+    assert not ours.came_back()
+    ledger.add(record)
+    queue.add(Path("/sweep.yaml"), "more", 1, 1.0, 0.0)
+    assert queued(place) == ["ours", "more"]
+    ours.close()
+
+
+def test_a_state_folder_that_is_removed_is_made_anew_for_the_same_daemon(tmp_path: Path) -> None:
+    place = tmp_path / "state"
+    ours = StateFolder(place)
+    queue = Queue(place / "queue.json", ours.check)
+    queue.add(Path("/sweep.yaml"), "ours", 1, 1.0, 0.0)
+    shutil.rmtree(place)
+    queue.save()
+    assert queued(place) == ["ours"]
+    assert stat.S_IMODE(place.stat().st_mode) & 0o077 == stat.S_IMODE(socket_access.OWN_MODE) & 0o077
+    with pytest.raises(StateError, match="another daemon is running with this state folder"):
+        StateFolder(place)
+    assert ours.came_back(), "whatever else is to be kept"
+    shutil.rmtree(place)
+    theirs = StateFolder(place)
+    with pytest.raises(RigError, match=r"was removed, and cannot be made anew: .* another daemon is running"):
+        queue.save()
+    assert not (place / "queue.json").exists()
+    theirs.close()
+    ours.close()
+    StateFolder(place).close()
 
 
 def test_every_file_and_folder_of_the_settings_is_found_from_anywhere(

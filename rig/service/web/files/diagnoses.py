@@ -52,7 +52,8 @@ class Diagnoses:
         name = time.strftime("%Y%m%dT%H%M%SZ", time.gmtime(question.asked_s))
         folder = self._folder / name
         try:
-            folder.mkdir(parents=True)
+            self._folder.mkdir(exist_ok=True)  # not what it lies in: a state folder that was moved may come back
+            folder.mkdir()
             (folder / _ASKED).write_text(json.dumps(asdict(question)), encoding="utf-8")
         except OSError as error:
             raise RigError(f"{folder}: cannot be made: {error.strerror}") from None
