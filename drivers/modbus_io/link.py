@@ -46,7 +46,9 @@ class ModbusLink:
         self._plan: ExchangePlan = make_plan(settings, roles, looking=looking)
         self._loop = asyncio.new_event_loop()
         self._stations: Stations | None = None
-        self._failed = self._was_up = self._arm_owed = False
+        self._failed = False
+        """The last exchange did."""
+        self._was_up = self._arm_owed = False
         self._read_next = False
         self._blind = False
         """After an outage: the input module has not been looked for again, and is not read."""
@@ -130,6 +132,7 @@ class ModbusLink:
             if self._blind and numbers is None:
                 stations = self._see_again(stations)
             done = self._round(stations, numbers, fresh, urgent)
+            self._failed = False
             if urgent and done.sent and self._back.holds_safe(stations) is False:
                 raise DeviceError(f"{self._settings.resource}: the outputs do not hold the safe set-points")
             self._pay_arming(stations)

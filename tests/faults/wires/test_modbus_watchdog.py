@@ -11,6 +11,7 @@ from support.rigs import fieldbus_rigs as rigs
 from support.rigs.faulty_modbus import error_of, heal, made, told
 
 from drivers.modbus_io.device import ModbusIo
+from drivers.modbus_io.link import ModbusLink
 from drivers.modbus_io.settings import ExchangeMode
 from hil.emulators.emulation import Emulation
 from rig.errors import DeviceError, WatchdogTripped
@@ -88,6 +89,26 @@ def test_a_safe_state_written_past_a_line_that_was_lost_stays(tcp: Emulation) ->
     assert rigs.soon(made_safe)
     assert not rigs.soon(lambda: told(tcp) != rigs.SAFE, 1.5)
     device.close()
+
+
+def test_one_exchange_that_failed_long_ago_leaves_no_watchdog_behind(tcp: Emulation) -> None:
+    """An I/O process on TCP took its line for dead from then on, and did not stop the watchdog at the end: 0 MPa half a
+    second after "seen at the device"."""
+    settings = rigs.modbus_settings(tcp.places["io"], ExchangeMode.PROCESS, watchdog_s=0.3)
+    safe = ModbusIo(settings, rigs.context()).numbers(*rigs.SAFE)
+    outputs = safe[0], safe[1]
+    link = ModbusLink(settings, rigs.context().roles, safe)
+    link.connect()
+    tcp.trouble("io", exception=6)
+    with pytest.raises(DeviceError, match="it is busy"):
+        link.exchange(outputs, fresh=True, urgent=False)
+    tcp.trouble("io", exception=0)
+    assert link.exchange(outputs, fresh=True, urgent=True).sent
+    assert told(tcp) == rigs.SAFE
+    link.close()
+    link._loop.close()  # noqa: SLF001  # its process takes it with it
+    time.sleep(0.6)
+    assert told(tcp) == rigs.SAFE
 
 
 @pytest.mark.parametrize("mode", [ExchangeMode.SEPARATE, ExchangeMode.PROCESS])
