@@ -7,7 +7,8 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, Final
 
-from rig.app.gap.diagnosing import Campaign, DiagnosisOptions, NamedDay, diagnose_campaign
+from rig.app.gap.campaign import Campaign, diagnose_campaign
+from rig.app.gap.diagnosis_options import DiagnosisOptions, NamedDay
 from rig.errors import ConfigError
 from rig.gap.history.trends import Day, History, day_of
 from rig.gap.settings import FALSE_ALARM_RATE

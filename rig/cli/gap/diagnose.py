@@ -94,17 +94,9 @@ def diagnose(
     A folder of several days as LOG gives one diagnosis a day, side by side.
     """
     from rig.app.gap.baselines import check_apart, earlier_days
-    from rig.app.gap.diagnosing import (
-        Campaign,
-        DiagnosisOptions,
-        cases_of,
-        diagnose_campaign,
-        diagnose_case,
-        first_time,
-        report,
-        without_next,
-        write_overview,
-    )
+    from rig.app.gap.campaign import diagnose_campaign, diagnose_only, report
+    from rig.app.gap.diagnosis_files import without_next, write_overview
+    from rig.app.gap.diagnosis_options import DiagnosisOptions, cases_of
     from rig.app.gap.effects import check_effects
 
     check_effects(options["effects"])
@@ -113,10 +105,7 @@ def diagnose(
     with progress("reading the earlier days"):
         days = earlier_days(chosen.baselines, chosen.model, every=chosen.every_day)
     if len(cases) == 1:
-        with progress("diagnosing") as update:
-            update(0.0, first_time())
-            diagnosis, unwritten = diagnose_case(chosen, cases[0], days.days)
-        campaign = Campaign({cases[0].name: diagnosis}, {}, [unwritten] if unwritten else [])
+        campaign = diagnose_only(chosen, cases[0], days.days)
     else:
         campaign = diagnose_campaign(chosen, cases, dask, workers)
     results = campaign.diagnoses

@@ -12,7 +12,7 @@ from support.records.made_logs import made_log
 
 from rig.app import compose
 from rig.app.gap import hunting
-from rig.app.gap.diagnosing import Campaign
+from rig.app.gap.campaign import Campaign
 from rig.app.gap.hunt_folder import Hunt, HuntStep
 from rig.app.runs import replaying, sweeping
 from rig.app.runs.outcome import RunOutcome

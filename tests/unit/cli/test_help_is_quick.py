@@ -101,7 +101,7 @@ def test_no_command_loads_heavy_packages_before_it_is_called() -> None:
 
 def test_a_diagnosis_loads_nothing_that_plans_sessions() -> None:
     """Half a second of its way to an answer, once: only a recommended sweep asks what the rig allows."""
-    code = "rig.gap.diagnosis, rig.app.gap.sweep_envelope, rig.app.gap.diagnosing"
+    code = "rig.gap.diagnosis, rig.app.gap.sweep_envelope, rig.app.gap.campaign"
     found = "\nprint(sorted({'scipy.special', 'rig.app.gap.calibrating', 'rig.app.gap.planning'} & set(sys.modules)))"
     done = subprocess.run([sys.executable, "-c", f"import sys, {code}{found}"], check=True, capture_output=True)
     assert done.stdout.strip() == b"[]"

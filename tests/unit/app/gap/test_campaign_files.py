@@ -7,7 +7,8 @@ from pathlib import Path
 import pytest
 
 from rig.app.gap.baselines import EarlierDay
-from rig.app.gap.diagnosing import DiagnosisOptions, without_next, write_overview
+from rig.app.gap.diagnosis_files import without_next, write_overview
+from rig.app.gap.diagnosis_options import DiagnosisOptions
 from rig.gap.answer.facts import Evidence, Gap, Judged, Verdict, Where
 from rig.gap.answer.result import Cause, Diagnosis
 from rig.gap.plan.experiment import Experiment

@@ -10,7 +10,8 @@ from support.plants.begun_hunts import MODEL, without_a_finding
 from support.plants.begun_hunts import hunt_options as options
 
 from rig.app import compose
-from rig.app.gap.diagnosing import DiagnosisOptions, NamedDay, diagnose_case
+from rig.app.gap.diagnosing import diagnose_case
+from rig.app.gap.diagnosis_options import DiagnosisOptions, NamedDay
 from rig.app.gap.hunt_folder import FILE, Hunt, HuntStep, open_hunt
 from rig.app.gap.hunting import NAMED, NO_GAP, NO_NAME, TIME, Hunted, hunt, hunt_and_tell
 from rig.errors import CheckFailed, ConfigError
