@@ -14,8 +14,8 @@ from rig.outputs import OutputKind
 from rig.report.shown_text import in_one_line
 
 if TYPE_CHECKING:
-    from rig.app.gap.hunt_folder import HuntStep
-    from rig.app.gap.hunting import Hunted
+    from rig.app.gap.hunt.folder import HuntStep
+    from rig.app.gap.hunt.hunting import Hunted
     from rig.service.client import Client
 
 _path = click.Path(path_type=Path)
@@ -81,7 +81,8 @@ def hunt(
     """
     from rig.app import compose
     from rig.app.gap.baselines import check_apart, earlier_days
-    from rig.app.gap.hunting import HuntOptions, hunt_and_tell
+    from rig.app.gap.hunt.options import HuntOptions
+    from rig.app.gap.hunt.report import hunt_and_tell
     from rig.app.runs import record_folders
     from rig.gap.answer.words.sizes import percent
 

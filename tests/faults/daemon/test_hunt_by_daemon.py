@@ -10,7 +10,9 @@ import pytest
 from rich.text import Text
 
 from rig.app import compose, shipped
-from rig.app.gap.hunting import Hunted, HuntOptions, hunt, hunt_and_tell
+from rig.app.gap.hunt.hunting import Hunted, hunt
+from rig.app.gap.hunt.options import HuntOptions
+from rig.app.gap.hunt.report import hunt_and_tell
 from rig.cli.service.status_lines import status_lines
 from rig.errors import CheckFailed, StateError
 from rig.log.reader import read

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 if TYPE_CHECKING:
-    from rig.app.gap.hunting import HuntOptions
+    from rig.app.gap.hunt.options import HuntOptions
     from rig.gap.answer.result import Diagnosis
     from rig.gap.pipeline import Grounds
     from rig.model.parameters import Model
@@ -26,7 +26,7 @@ MODEL = Path(__file__).resolve().parents[3] / "configs" / "models" / "simulated.
 
 def hunt_options(folder: Path, **more: Any) -> "HuntOptions":
     from rig.app import compose
-    from rig.app.gap.hunting import HuntOptions
+    from rig.app.gap.hunt.options import HuntOptions
 
     rig = compose.load(Path("simulated_worn"))
     return replace(HuntOptions(rig, MODEL, folder, first=Path("quick"), virtual=True, seed=5), **more)
@@ -34,7 +34,7 @@ def hunt_options(folder: Path, **more: Any) -> "HuntOptions":
 
 @pytest.fixture(scope="session")
 def begun_hunt(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    from rig.app.gap.hunting import hunt
+    from rig.app.gap.hunt.hunting import hunt
 
     folder = tmp_path_factory.mktemp("hunts") / "begun"
     with diagnosing_once():
@@ -52,7 +52,7 @@ def left_hunt(begun_hunt: Path, tmp_path: Path) -> Path:
 
 def without_a_finding(folder: Path) -> Path:
     """The hunt as it is when its first sweep is recorded and nothing was made of it yet."""
-    from rig.app.gap.hunt_folder import open_hunt
+    from rig.app.gap.hunt.folder import open_hunt
 
     begun = open_hunt(folder, hunt_options(folder).asked)
     replace(begun, steps=(replace(begun.steps[0], set=()),)).save()
@@ -68,7 +68,7 @@ def each_diagnosed_once() -> Iterator[None]:
 
 @contextmanager
 def diagnosing_once() -> Iterator[None]:
-    from rig.app.gap import hunting
+    from rig.app.gap.hunt import hunting
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(hunting, "diagnose_with_grounds", diagnosed_once)

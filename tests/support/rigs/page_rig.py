@@ -12,7 +12,7 @@ from typing import Any
 import psutil
 import pytest
 
-from rig.app.gap.hunt_folder import Hunt, HuntStep
+from rig.app.gap.hunt.folder import Hunt, HuntStep
 from rig.qualify.faults.bench import FaultBench
 from support import browsers
 from support.rigs.patient_rig import BY_THE_MACHINE, PATIENT

@@ -11,9 +11,10 @@ from click.testing import CliRunner, Result
 from support.records.made_logs import made_log
 
 from rig.app import compose
-from rig.app.gap import hunting
 from rig.app.gap.campaign import Campaign
-from rig.app.gap.hunt_folder import Hunt, HuntStep
+from rig.app.gap.hunt import hunting, report
+from rig.app.gap.hunt.folder import Hunt, HuntStep
+from rig.app.gap.hunt.options import HuntOptions
 from rig.app.runs import replaying, sweeping
 from rig.app.runs.outcome import RunOutcome
 from rig.cli.commands import cli
@@ -165,8 +166,8 @@ def test_a_campaign_says_of_which_days_a_file_is_missing() -> None:
     Campaign({"monday": FOUND}, {}, []).complain()
 
 
-def a_hunt(folder: Path) -> hunting.HuntOptions:
-    return hunting.HuntOptions(compose.load(Path("simulated_worn")), Path(MODEL), folder, virtual=True)
+def a_hunt(folder: Path) -> HuntOptions:
+    return HuntOptions(compose.load(Path("simulated_worn")), Path(MODEL), folder, virtual=True)
 
 
 def test_what_a_hunt_has_learnt_is_said_where_its_notes_cannot_be_written(
@@ -181,12 +182,12 @@ def test_what_a_hunt_has_learnt_is_said_where_its_notes_cannot_be_written(
         raise RigError("hunt.json: cannot be written: No space left on device")
 
     monkeypatch.setattr(hunting, "diagnose_so_far", lambda *_: thought)
-    monkeypatch.setattr(hunting, "write_page", full)
+    monkeypatch.setattr(report, "write_page", full)
     monkeypatch.setattr(Hunt, "save", refused)
     heard: list[HuntStep] = []
     told: list[hunting.Hunted] = []
     with pytest.raises(RigError, match=r"hunt\.json: cannot be written"):
-        hunting.hunt_and_tell(asked, lambda _: True, heard.append, told.append)
+        report.hunt_and_tell(asked, lambda _: True, heard.append, told.append)
     assert [step.set for step in heard] == [(("delay", 0.97),)]
     assert [one.finding for one in told] == [thought]
 
@@ -195,10 +196,10 @@ def test_the_end_of_a_hunt_is_said_where_its_page_cannot_be_written(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     found, told = hunting.Hunted(Hunt(tmp_path), None), []
-    monkeypatch.setattr(hunting, "hunt", lambda *_: found)
-    monkeypatch.setattr(hunting, "write_hunt", full)
+    monkeypatch.setattr(report, "hunt", lambda *_: found)
+    monkeypatch.setattr(report, "write_hunt", full)
     with pytest.raises(OSError, match="No space left"):
-        hunting.hunt_and_tell(a_hunt(tmp_path), lambda _: True, lambda _: None, told.append)
+        report.hunt_and_tell(a_hunt(tmp_path), lambda _: True, lambda _: None, told.append)
     assert told == [found]
 
 

@@ -3,7 +3,7 @@
 from pathlib import Path
 from typing import Any, cast
 
-from rig.app.gap.daemon_jobs import taken
+from rig.app.gap.hunt.daemon_jobs import taken
 from rig.service.client import Client
 from rig.service.queue.job_queue import JobState, Queue
 

@@ -12,8 +12,9 @@ from support.plants.begun_hunts import hunt_options as options
 from rig.app import compose
 from rig.app.gap.diagnosing import diagnose_case
 from rig.app.gap.diagnosis_options import DiagnosisOptions, NamedDay
-from rig.app.gap.hunt_folder import FILE, Hunt, HuntStep, open_hunt
-from rig.app.gap.hunting import NAMED, NO_GAP, NO_NAME, TIME, Hunted, hunt, hunt_and_tell
+from rig.app.gap.hunt.folder import FILE, Hunt, HuntStep, open_hunt
+from rig.app.gap.hunt.hunting import NAMED, NO_GAP, NO_NAME, TIME, Hunted, hunt
+from rig.app.gap.hunt.report import hunt_and_tell
 from rig.errors import CheckFailed, ConfigError
 from rig.excite.envelope import check_run
 from rig.excite.experiment import expand, load_sweep

@@ -10,8 +10,10 @@ from typing import Any
 import pytest
 from support.plants.begun_hunts import hunt_options
 
-from rig.app.gap.hunt_folder import FILE
-from rig.app.gap.hunting import Hunted, HuntFinding, HuntOptions, hunt, hunt_and_tell
+from rig.app.gap.hunt.folder import FILE
+from rig.app.gap.hunt.hunting import Hunted, HuntFinding, hunt
+from rig.app.gap.hunt.options import HuntOptions
+from rig.app.gap.hunt.report import hunt_and_tell
 from rig.errors import CheckFailed, Interrupted, StateError
 
 pytestmark = pytest.mark.usefixtures("each_diagnosed_once")
@@ -160,7 +162,7 @@ def test_ctrl_c_while_it_thinks_says_what_was_learnt(
         raise KeyboardInterrupt
 
     told: list[Hunted] = []
-    monkeypatch.setattr("rig.app.gap.hunting.what_next", interrupted)
+    monkeypatch.setattr("rig.app.gap.hunt.hunting.what_next", interrupted)
     with pytest.raises(KeyboardInterrupt):
         hunt_and_tell(options, lambda step: True, lambda step: None, told.append)
     assert {name for name, _ in told[0].hunt.steps[0].set} >= {"delay", "valve_lag"}

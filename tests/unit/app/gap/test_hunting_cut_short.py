@@ -17,8 +17,10 @@ from click.testing import CliRunner
 from support.plants.begun_hunts import MODEL
 from support.plants.begun_hunts import hunt_options as options
 
-from rig.app.gap.hunt_folder import FILE, alone_in, open_hunt
-from rig.app.gap.hunting import NAMED, TIME, Hunted, HuntOptions, hunt, hunt_and_tell
+from rig.app.gap.hunt.folder import FILE, alone_in, open_hunt
+from rig.app.gap.hunt.hunting import NAMED, TIME, Hunted, hunt
+from rig.app.gap.hunt.options import HuntOptions
+from rig.app.gap.hunt.report import hunt_and_tell
 from rig.cli.commands import cli
 from rig.errors import EnvelopeError, RigError, StateError
 from rig.log.reader import read

@@ -13,9 +13,9 @@ from support.plants.begun_hunts import hunt_options, without_a_finding
 from support.plants.gap_rigs import session
 from support.rigs.narrow_rig import narrow_rig
 
-from rig.app.gap import hunting
 from rig.app.gap.diagnosing import first_time
-from rig.app.gap.hunting import hunt
+from rig.app.gap.hunt import hunting
+from rig.app.gap.hunt.hunting import hunt
 from rig.app.gap.known_rigs import Asked
 from rig.app.gap.planning import design_session
 

@@ -12,7 +12,8 @@ import pytest
 from click.testing import CliRunner
 
 from rig.app.gap import history as app_history
-from rig.app.gap import hunting, planning
+from rig.app.gap import planning
+from rig.app.gap.hunt import report
 from rig.channels import PNEUMATIC
 from rig.cli.gap.group import gap
 from rig.gap.history import sentences, trends
@@ -42,7 +43,7 @@ COMMANDS: dict[str, tuple[list[str], list[Work]]] = {
             (sentences, "history_sentences", []),
         ],
     ),
-    "hunt": (["--model", MODEL, "-o", "{}/hunt"], [(hunting, "hunt_and_tell", HUNTED)]),
+    "hunt": (["--model", MODEL, "-o", "{}/hunt"], [(report, "hunt_and_tell", HUNTED)]),
 }
 """Command -> its words, and what stands in for its work."""
 

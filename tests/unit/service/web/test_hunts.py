@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from rig.app.gap.hunt_folder import FILE, Hunt, HuntStep, open_hunt
+from rig.app.gap.hunt.folder import FILE, Hunt, HuntStep, open_hunt
 from rig.errors import ConfigError
 from rig.service.web.files.hunts import hunts
 

@@ -1,24 +1,19 @@
 """What `pamrig gap hunt` does: run a session, diagnose, run the records that part what is still possible, join the
 evidence, until one name is left, nothing is found, nothing parts the rest, or the time is over."""
 
-from collections.abc import Callable, Sequence
-from contextlib import suppress
+from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import cached_property
-from hashlib import sha256
-from itertools import chain, count
-from pathlib import Path
 
 from rig.app import shipped
-from rig.app.gap.daemon_jobs import at_hand, check_free, last_job, taken
-from rig.app.gap.hunt_folder import FILE, MODEL_TEXT, Hunt, HuntStep, alone_in, open_hunt
+from rig.app.gap.hunt.folder import Hunt, HuntStep, open_hunt
+from rig.app.gap.hunt.options import HuntOptions
+from rig.app.gap.hunt.records import daemon_has_it, recorded
 from rig.app.gap.planning import resting
 from rig.app.gap.sweep_envelope import envelope_of
-from rig.app.runs.outcome import RunOutcome
-from rig.app.runs.sweeping import SweepOptions, run_sweep, text_from
+from rig.app.runs.sweeping import text_from
 from rig.app.terminal import progress
 from rig.channels import Channels
-from rig.errors import ConfigError, Interrupted, RigError
+from rig.errors import ConfigError
 from rig.excite.envelope import check_run
 from rig.excite.experiment import expand, load_sweep
 from rig.gap.answer.result import Diagnosis
@@ -28,57 +23,17 @@ from rig.gap.pipeline import Grounds
 from rig.gap.plan.candidates import lasting_s
 from rig.gap.plan.experiment import Experiment
 from rig.gap.plan.next_experiment import what_next
-from rig.gap.reference.build import AUTO, Kind, because, choose
+from rig.gap.reference.build import Kind, because, choose
 from rig.gap.settings import CREDIBLE
 from rig.log.reader import read
 from rig.model.parameters import Model, load_model
 from rig.outputs import OutputKind as Output
 from rig.outputs import write_text
-from rig.record import Record
-from rig.report.gap_page import write_page
-from rig.report.hunt_page import ToldStep, write_hunt
-from rig.rig_config import RigConfig
-from rig.service.client import Client
 
 NAMED, NOTHING, TIME = "named", "nothing parts the rest", "time"
 NO_GAP, NO_NAME = "no cause found", "something unknown"
 ROUNDING_MIN = 1e-6
 """Sums of minutes closer than this to what is allowed count as allowed."""
-
-
-@dataclass(frozen=True)
-class HuntOptions:
-    """What a hunt works with."""
-
-    rig: RigConfig
-    model: Path
-    folder: Path
-    days: Sequence[Sequence[Record]] = ()
-    day_names: tuple[str, ...] = ()
-    every_day: bool = False
-    """Days that no other day comes near count as well."""
-    reference: str = AUTO
-    minutes: float = 10.0
-    first: Path = Path("gap")
-    """The session that a hunt begins with."""
-    virtual: bool = False
-    seed: int | None = None
-    force: bool = False
-    daemon: Client | None = None
-    """The daemon whose jobs the sweeps are to be; None: they run here."""
-
-    @cached_property
-    def asked(self) -> dict[str, object]:
-        """What a hunt goes on with only, by the names of the options: as it was when it was first looked at."""
-        return {
-            "rig": self.rig.name,
-            "model": str(self.model),
-            MODEL_TEXT: sha256(shipped.find_config(self.model, "models").read_bytes()).hexdigest(),
-            "reference": self.reference,
-            "baselines": list(self.day_names),
-            "every_day": self.every_day,
-            "sweep": str(self.first),
-        }
 
 
 @dataclass(frozen=True)
@@ -157,7 +112,7 @@ def hunt(
         if not so_far.steps[-1].done:
             if why := _barred(options, so_far, allowed):
                 return _ended(so_far, finding, why)
-            so_far = _recorded(so_far, options)
+            so_far = recorded(so_far, options)
         with progress(f"diagnosing after step {len(so_far.steps)}"):
             finding = diagnose_so_far(options, model, so_far)
         so_far = so_far.with_last(replace(so_far.steps[-1], set=finding.names))
@@ -233,142 +188,14 @@ def _planned(so_far: Hunt, sweep: str, why: str, minutes: float) -> Hunt:
 def _barred(options: HuntOptions, so_far: Hunt, allowed: Callable[[HuntStep], bool]) -> str:
     """Why the last step is not to be recorded; empty where it may be, or the daemon records it already."""
     step = so_far.steps[-1]
-    if _at_hand(options, so_far):
+    if daemon_has_it(options, so_far):
         return ""
     if not so_far.minutes + step.minutes <= options.minutes + ROUNDING_MIN:
         return TIME
     return "" if allowed(step) else "not confirmed"
 
 
-def _at_hand(options: HuntOptions, so_far: Hunt) -> bool:
-    """The daemon records the last step already, or has: a hunt before this one asked it to."""
-    step, daemon = so_far.steps[-1], options.daemon
-    if daemon is None or step.since is None:
-        return False
-    return at_hand(daemon.status(), so_far.folder / step.sweep, step.since)
-
-
-def _recorded(so_far: Hunt, options: HuntOptions) -> Hunt:
-    """The hunt with the records of its last step; what an earlier try left stays in a folder of its own.
-    CheckFailed when they are not all valid."""
-    number = len(so_far.steps)
-    folder = _unused(so_far.folder, f"step_{number}_records")
-    try:
-        if options.daemon is not None:
-            so_far = _by_daemon(options.daemon, so_far, options, folder)
-        else:
-            _here(options, so_far.folder / so_far.steps[-1].sweep, so_far.folder / folder, number)
-    finally:
-        with suppress(OSError):  # a folder with anything in it cannot be removed so
-            (so_far.folder / folder).rmdir()
-    so_far = so_far.with_last(replace(so_far.steps[-1], records=folder))
-    so_far.save()
-    return so_far
-
-
-def _unused(place: Path, name: str) -> str:
-    """That name, or the first one like it, under which nothing lies in a folder."""
-    names = chain([name], (f"{name}_again{number}" for number in count(1)))
-    return next(one for one in names if not any(place.glob(f"{one}/*")))
-
-
-def _here(options: HuntOptions, sweep: Path, out: Path, number: int) -> None:
-    """One sweep in this process, its records in `out`."""
-    seed = None if options.seed is None else options.seed + number - 1
-    outcome: RunOutcome = run_sweep(sweep, options.rig, SweepOptions(out, options.virtual, seed, options.force))
-    outcome.judge()
-
-
-def _by_daemon(daemon: Client, so_far: Hunt, options: HuntOptions, folder: str) -> Hunt:
-    """One sweep as a job of the daemon, which must be armed and have nothing else to do. From when on a job may be this
-    step's is on the disk before the daemon hears of it, so that a kill at any moment leaves no record unknown."""
-    step = so_far.steps[-1]
-    sweep = so_far.folder / step.sweep
-    if not _at_hand(options, so_far):
-        status = daemon.status()
-        check_free(status)
-        step = replace(step, since=last_job(status))
-        so_far = so_far.with_last(step)
-        so_far.save()
-        daemon.start(sweep, before="leave")
-    assert step.since is not None
-    taken(daemon, sweep, step.since, so_far.folder / folder)
-    return so_far
-
-
 def _ended(so_far: Hunt, finding: HuntFinding | None, how: str) -> Hunted:
     so_far = replace(so_far, ended=how)
     so_far.save()
     return Hunted(so_far, finding)
-
-
-def hunt_and_tell(
-    options: HuntOptions,
-    allowed: Callable[[HuntStep], bool],
-    report: Callable[[HuntStep], None],
-    tell: Callable[[Hunted], None],
-) -> Hunted:
-    """`hunt`, with its result given to `tell` and its pages written, also of a hunt that the rig, the daemon, the disk
-    or somebody cut short: what was learnt so far is kept and said. StateError while another hunt is at work in the
-    folder."""
-    with alone_in(options.folder):
-        return _told(options, allowed, report, tell)
-
-
-def _told(
-    options: HuntOptions,
-    allowed: Callable[[HuntStep], bool],
-    report: Callable[[HuntStep], None],
-    tell: Callable[[Hunted], None],
-) -> Hunted:
-    learnt: list[HuntFinding] = []
-
-    def keep(step: HuntStep, finding: HuntFinding) -> None:
-        learnt.append(finding)
-        report(step)
-
-    try:
-        found = hunt(options, allowed, keep)
-    except (RigError, OSError, Interrupted, KeyboardInterrupt) as error:
-        _tell_cut(options, learnt, error, tell)
-        raise
-    tell(found)
-    _write_pages(options, found)
-    return found
-
-
-def _tell_cut(
-    options: HuntOptions, learnt: Sequence[HuntFinding], error: BaseException, tell: Callable[[Hunted], None]
-) -> None:
-    """Say what a hunt that was cut short has learnt, where it had begun, also when its folder is gone; a page that
-    cannot be written either is not what it ended by."""
-    if not learnt and not (options.folder / FILE).exists():
-        return
-    so_far = open_hunt(options.folder, options.asked)
-    cut = Hunted(so_far, learnt[-1] if learnt else None, cut_short_by=str(error) or "interrupted")
-    with suppress(RigError, OSError):
-        _write_pages(options, cut)
-    tell(cut)
-
-
-def _write_pages(options: HuntOptions, found: Hunted) -> None:
-    """hunt.html, the story, and report.html, the last diagnosis."""
-    folder, finding = options.folder, found.finding
-    if not folder.is_dir():
-        return
-    if finding is not None:
-        model = load_model(shipped.find_config(options.model, "models"))
-        write_page(folder / "report.html", finding.diagnosis, finding.grounds, model, {"Rig": options.rig.name})
-    steps = [
-        ToldStep(step.sweep, step.why, f"{step.minutes:.1f}", step.set if step.done else ())
-        for step in found.hunt.steps
-    ]
-    write_hunt(
-        folder / "hunt.html",
-        options.rig.name,
-        steps,
-        found.hunt.minutes,
-        found.ended,
-        None if finding is None else finding.diagnosis,
-        "report.html" if finding is not None else "",
-    )

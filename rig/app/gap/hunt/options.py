@@ -1,0 +1,49 @@
+"""What a hunt works with, and what of that it goes on with only."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from hashlib import sha256
+from pathlib import Path
+
+from rig.app import shipped
+from rig.app.gap.hunt.folder import MODEL_TEXT
+from rig.gap.reference.build import AUTO
+from rig.record import Record
+from rig.rig_config import RigConfig
+from rig.service.client import Client
+
+
+@dataclass(frozen=True)
+class HuntOptions:
+    """What a hunt works with."""
+
+    rig: RigConfig
+    model: Path
+    folder: Path
+    days: Sequence[Sequence[Record]] = ()
+    day_names: tuple[str, ...] = ()
+    every_day: bool = False
+    """Days that no other day comes near count as well."""
+    reference: str = AUTO
+    minutes: float = 10.0
+    first: Path = Path("gap")
+    """The session that a hunt begins with."""
+    virtual: bool = False
+    seed: int | None = None
+    force: bool = False
+    daemon: Client | None = None
+    """The daemon whose jobs the sweeps are to be; None: they run here."""
+
+    @cached_property
+    def asked(self) -> dict[str, object]:
+        """What a hunt goes on with only, by the names of the options: as it was when it was first looked at."""
+        return {
+            "rig": self.rig.name,
+            "model": str(self.model),
+            MODEL_TEXT: sha256(shipped.find_config(self.model, "models").read_bytes()).hexdigest(),
+            "reference": self.reference,
+            "baselines": list(self.day_names),
+            "every_day": self.every_day,
+            "sweep": str(self.first),
+        }
