@@ -36,7 +36,7 @@ from rig.service.session.session import ending_signals
 from rig.service.session.session_monitor import SessionMonitor
 from rig.service.session.session_parts import SessionParts
 from rig.service.session.telemetry import fault_json, safe_json
-from rig.service.settings import DaemonSettings, make_folder, read_token
+from rig.service.settings import DaemonSettings, make_daemon_folder, read_token
 from rig.service.state_folder import StateFolder
 from rig.service.views import metrics
 from rig.service.views.fault_reports import FaultReports
@@ -70,7 +70,7 @@ class Daemon:
         """StateError when another daemon has the state folder: its queue and ledger are read here, and have one
         writer."""
         settings = settings.in_place()
-        make_folder(settings.logs)
+        make_daemon_folder(settings.logs)
         self._state = StateFolder(settings.state)
         self._parts, self._settings = parts, settings
         self._owner = Owner.of(settings.state, parts.rig.name)

@@ -178,7 +178,7 @@ def parse_web(text: str, web: Web) -> Web:
     return changed
 
 
-def make_folder(folder: Path, mode: int = 0o777) -> None:
+def make_daemon_folder(folder: Path, mode: int = 0o777) -> None:
     """A folder of the daemon's, made if it is not there, with that mode at most; RigError when nothing can be written
     to it."""
     try:

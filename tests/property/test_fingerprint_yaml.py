@@ -73,4 +73,5 @@ def test_a_changed_number_is_seen(fingerprint: Fingerprint, name: str) -> None:
     if other == now:
         return
     assert model.fingerprint is not None
-    assert fingerprint_trouble(replace(model, fingerprint=replace(model.fingerprint, **{name: other}))) is not None
+    changed = replace(model, fingerprint=replace(model.fingerprint, **{name: other}))
+    assert "changed after the identification" in (fingerprint_trouble(changed) or "")

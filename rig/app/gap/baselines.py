@@ -58,7 +58,7 @@ def days_in(folder: Path) -> list[Path]:
     return days if len(days) > 1 and not any(map(is_log, inside)) else []
 
 
-def check_apart(logs: Sequence[Path], baselines: Sequence[Path]) -> None:
+def check_no_own_baseline(logs: Sequence[Path], baselines: Sequence[Path]) -> None:
     """RigError when a log under test is among its own baseline: the rig would be compared with itself, and nothing
     would be found."""
     for baseline in baselines:

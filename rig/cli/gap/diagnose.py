@@ -93,7 +93,7 @@ def diagnose(
 
     A folder of several days as LOG gives one diagnosis a day, side by side.
     """
-    from rig.app.gap.baselines import check_apart, earlier_days
+    from rig.app.gap.baselines import check_no_own_baseline, earlier_days
     from rig.app.gap.campaign import diagnose_campaign, diagnose_only, report
     from rig.app.gap.diagnosis_files import without_next, write_overview
     from rig.app.gap.diagnosis_options import DiagnosisOptions, cases_of
@@ -101,7 +101,7 @@ def diagnose(
 
     check_effects(options["effects"])
     chosen, cases = DiagnosisOptions(**options, command=as_called()), cases_of(logs)
-    check_apart(logs, chosen.baselines)
+    check_no_own_baseline(logs, chosen.baselines)
     with progress("reading the earlier days"):
         days = earlier_days(chosen.baselines, chosen.model, every=chosen.every_day)
     if len(cases) == 1:

@@ -34,14 +34,14 @@ def history(
 ) -> None:
     """Diagnose every day in FOLDER, which holds a folder of records for each, and say when the gap changed, when a
     cause appeared, and how it grows."""
-    from rig.app.gap.baselines import check_apart, compared_with
+    from rig.app.gap.baselines import check_no_own_baseline, compared_with
     from rig.app.gap.diagnosis_options import DiagnosisOptions, cases_of
     from rig.app.gap.history import draw_history, history_days, history_report
     from rig.gap.history.sentences import history_sentences
     from rig.gap.history.trends import look_back
     from rig.own_units import speaker
 
-    check_apart([folder], baselines)
+    check_no_own_baseline([folder], baselines)
     options = DiagnosisOptions(
         model,
         baselines,

@@ -80,14 +80,14 @@ def hunt(
     with the same folder.
     """
     from rig.app import compose
-    from rig.app.gap.baselines import check_apart, earlier_days
+    from rig.app.gap.baselines import check_no_own_baseline, earlier_days
     from rig.app.gap.hunt.options import HuntOptions
     from rig.app.gap.hunt.report import hunt_and_tell
     from rig.app.runs import record_folders
     from rig.gap.answer.words.sizes import percent
 
     rig, folder = compose.load(rig_path), output or record_folders.new_folder("hunt")
-    check_apart([folder], baselines)
+    check_no_own_baseline([folder], baselines)
     days = earlier_days(baselines, asked["model"], every=every_day)
     options = HuntOptions(
         rig=rig,

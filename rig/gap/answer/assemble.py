@@ -13,7 +13,7 @@ from rig.gap.answer.how_far.size_intervals import intervals, reference_of
 from rig.gap.answer.kept_effects import dropped_effects, kept_effects, share_closed
 from rig.gap.answer.observations import judged_signatures, stuck_monitors, usual_of_a_simulator
 from rig.gap.answer.result import Cause, Diagnosis, Observation, Ranked
-from rig.gap.answer.sureness import doubts_of, how_sure, right_of_each, trust
+from rig.gap.answer.sureness import confidence_of, doubts_of, right_of_each, trust
 from rig.gap.answer.unknowns import unknown_cause, unknowns
 from rig.gap.answer.where import frequency_shares, over_time, phase_shares, region_shares
 from rig.gap.hypotheses.fit import Fit
@@ -49,7 +49,7 @@ def assemble(findings: Findings, after: Callable[[Sequence[tuple[str, Fit]]], Ho
     gap = gap_of(findings, causes, kept, before, remaining, floor, interval)
     return Diagnosis(
         _verdict(causes),
-        how_sure(findings, kept, raw, doubted=len(unknown.below_floor) + len(unknown.by_degrees) + len(strange)),
+        confidence_of(findings, kept, raw, doubted=len(unknown.below_floor) + len(unknown.by_degrees) + len(strange)),
         gap,
         _where(findings, causes, gaps, gap.after_deg, floor),
         causes,

@@ -12,7 +12,7 @@ from rig.gap.records.pairs import Pairing
 from rig.gap.settings import EITHER_CHANCE
 
 
-def how_sure(findings: Findings, kept: Sequence[Kept], raw: Sequence[Cause], *, doubted: int) -> float:
+def confidence_of(findings: Findings, kept: Sequence[Kept], raw: Sequence[Cause], *, doubted: int) -> float:
     """Probability that what is said of every factor is right, of something unknown beside an effect as well. Where the
     likeliest effect was dropped it is that there is something at all. One of two for each that was, and for each of the
     `doubted`: what is said of something unknown because of the degrees that are left, or of the raw samples, and has no

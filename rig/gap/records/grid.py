@@ -106,7 +106,7 @@ def rows_apart(period_s: float) -> int:
     return max(1, round(GRID_S / period_s))
 
 
-def on_grid(
+def pair_on_grid(
     record: Record,
     partners: Sequence[Partner],
     p0_mpa: float,

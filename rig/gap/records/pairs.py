@@ -13,7 +13,7 @@ from rig.errors import RecordError
 from rig.gap.records.alignment import align
 from rig.gap.records.conditions import difference
 from rig.gap.records.dropouts import Dropouts, Rows, without_dropouts
-from rig.gap.records.grid import Pair, RunColumns, on_grid
+from rig.gap.records.grid import Pair, RunColumns, pair_on_grid
 from rig.gap.records.outliers import without_outliers
 from rig.gap.records.partners import Match, Partner, find_partner, named_session, require_partners
 from rig.gap.records.rest import at_rests, rest_pressure, shifted
@@ -146,7 +146,7 @@ def _on_grids(
     pairs = []
     for record, one, at_s in zip(placed, kept, begun, strict=True):
         dropouts = [fallen[id(each)] for each in (one.record, *one.others)]
-        pair = on_grid(record, one.partners, p0_mpa, pressures, dropouts, notes)
+        pair = pair_on_grid(record, one.partners, p0_mpa, pressures, dropouts, notes)
         pairs.append(replace(pair, begun_s=at_s))
     return pairs
 

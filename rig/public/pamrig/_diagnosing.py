@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Literal
 from pamrig._models import Identified, _model, save_model
 from pamrig._picture import Picture, Table, Tabled
 from pamrig._places import Logs, place_of, records_of
-from rig.app.gap.baselines import EarlierDay, agreeing, check_apart, read_days
+from rig.app.gap.baselines import EarlierDay, agreeing, check_no_own_baseline, read_days
 from rig.app.gap.effects import check_effects
 from rig.errors import ConfigError, ModelError
 from rig.gap.answer.result import Cause
@@ -128,7 +128,7 @@ def diagnose(
 def _days(logs: Logs, baselines: Sequence[Logs], *, every: bool) -> list[list[Record]]:
     """The records of each earlier day; one that disagrees with the others is left out, and said to the log."""
     places = [Path(day) for day in baselines if isinstance(day, str | Path)]
-    check_apart([Path(logs)] if isinstance(logs, str | Path) else [], places)
+    check_no_own_baseline([Path(logs)] if isinstance(logs, str | Path) else [], places)
     sessions: list[EarlierDay] = []
     for number, day in enumerate(baselines, 1):
         if isinstance(day, str | Path):

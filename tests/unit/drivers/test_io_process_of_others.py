@@ -111,6 +111,7 @@ def test_a_group_that_may_open_the_port_is_believed(port: tuple[Path, Path], mon
     monkeypatch.setattr(os, "getgrouplist", lambda name, gid: [gid, port[0].stat().st_gid])
     found = lookup.find(str(port[0]))
     assert found is not None
+    assert found[0] == port[1], "that of the group's member, and no other"
     found[1].close()
 
 

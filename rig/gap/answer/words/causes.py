@@ -41,7 +41,7 @@ def something_unknown(diagnosis: Diagnosis) -> str:
     return f"{what}{_seen(diagnosis)}, and {no_effect(diagnosis)} explains it.{nearest}"
 
 
-def reasons(diagnosis: Diagnosis) -> str:
+def likely_reasons(diagnosis: Diagnosis) -> str:
     """What usually causes each named effect."""
     return _of_each([(words.noun, words.reasons) for words in _words(diagnosis)])
 

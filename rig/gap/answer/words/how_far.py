@@ -8,7 +8,7 @@ from rig.gap.answer.words.compared import SOURCES, error
 from rig.gap.answer.words.sizes import degrees
 
 
-def how_far(diagnosis: Diagnosis) -> str:
+def how_far_it_closes(diagnosis: Diagnosis) -> str:
     """From what to what the gap falls with the named causes in the simulator."""
     gap = diagnosis.gap
     before, after = gap.rms_deg, gap.after_deg

@@ -7,9 +7,9 @@ in `rig.gap.answer.consistency`.
 
 from rig.gap.answer.facts import Verdict
 from rig.gap.answer.result import Diagnosis
-from rig.gap.answer.words.causes import cause_sentences, reasons, something_unknown, where_to_look
+from rig.gap.answer.words.causes import cause_sentences, likely_reasons, something_unknown, where_to_look
 from rig.gap.answer.words.compared import reference
-from rig.gap.answer.words.how_far import how_far, what_stays
+from rig.gap.answer.words.how_far import how_far_it_closes, what_stays
 from rig.gap.answer.words.next_record import what_to_record
 from rig.gap.answer.words.nothing_found import nothing_found
 from rig.gap.answer.words.observed import of_single_samples, seen_beside
@@ -29,7 +29,7 @@ def answers(diagnosis: Diagnosis) -> dict[str, str]:
     questions = {
         "Answer:": " ".join(headline(diagnosis)),
         "Doubt:": "; ".join(diagnosis.doubts),
-        "Why:": reasons(diagnosis),
+        "Why:": likely_reasons(diagnosis),
         "Look at:": where_to_look(diagnosis),
         "Re-tuning:": what_retuning_closes(diagnosis) if found or absorbed(diagnosis) else "",
         "What stays:": what_stays(diagnosis) if stays else "",
@@ -51,7 +51,7 @@ def headline(diagnosis: Diagnosis) -> list[str]:
         sentences = [something_unknown(diagnosis)]
     else:
         first, *more = cause_sentences(diagnosis)
-        sentences = [_as_sure_as_it_is(first, diagnosis), *more, how_far(diagnosis)]
+        sentences = [_as_sure_as_it_is(first, diagnosis), *more, how_far_it_closes(diagnosis)]
     return [text for text in sentences if text]
 
 

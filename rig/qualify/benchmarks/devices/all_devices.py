@@ -23,7 +23,7 @@ from rig.model.chain import Chain
 from rig.model.parameters import load_model
 from rig.qualify.benchmarks import figure
 from rig.qualify.benchmarks.devices.fieldbus import bench_fieldbus
-from rig.qualify.benchmarks.devices.fieldbus_rig import quantiles, tick
+from rig.qualify.benchmarks.devices.fieldbus_rig import quantiles_us, tick
 from rig.qualify.benchmarks.devices.tick import bench_tick
 from rig.realtime.clock import MonotonicClock
 
@@ -50,7 +50,7 @@ def _myrio(folder: Path) -> dict[str, Any]:
     context = DeviceContext(clock, frozenset(Role), 0.2, 0.2, period_ns=1_000_000_000)
     device = MyRio(settings, context)
     device.open()
-    with_plant = quantiles(_ticks(device, TICKS // 4))
+    with_plant = quantiles_us(_ticks(device, TICKS // 4))
     stand_in.close()  # registers stand still from here on: only driver and package are left to be timed
     ours, bare = _in_turns(lambda: tick(device), _bare_tick(settings))
     figures = {
@@ -94,9 +94,9 @@ def _safe_paths(settings: MyRioSettings, context: DeviceContext, tick_p99_us: fl
     """The supervisor's second session: kept open, or opened when it is needed."""
     other = MyRio(settings, context)
     other.open()
-    kept = quantiles([_timed(other.safe) for _ in range(500)])
+    kept = quantiles_us([_timed(other.safe) for _ in range(500)])
     other.close()
-    fresh = quantiles([_timed(other.safe) for _ in range(10)])
+    fresh = quantiles_us([_timed(other.safe) for _ in range(10)])
     return {
         "myRIO safe() through a session kept open, p99": figure(kept["p99"], "us", "a tick", tick_p99_us),
         "myRIO safe() through a session opened for it, p50": figure(
@@ -124,7 +124,7 @@ def _mixed(settings: MyRioSettings, context: DeviceContext) -> dict[str, Any]:
 def _simulated() -> dict[str, Any]:
     device = compose.make_device(compose.load(None), MonotonicClock())
     device.open()
-    found = quantiles(_ticks(device, TICKS // 4))
+    found = quantiles_us(_ticks(device, TICKS // 4))
     device.close()
     return {f"simulated rig in the process, tick {key}": figure(found[key], "us", why=_OURS) for key in ("p50", "p99")}
 
@@ -150,6 +150,6 @@ def _in_turns(ours: Callable[[], None], peer: Callable[[], None]) -> tuple[dict[
     rounds: tuple[list[dict[str, float]], list[dict[str, float]]] = ([], [])
     for _ in range(TICKS // ROUND):
         for call, found in zip((ours, peer), rounds, strict=True):
-            found.append(quantiles([_timed(call) for _ in range(ROUND)]))
+            found.append(quantiles_us([_timed(call) for _ in range(ROUND)]))
     first, second = ({key: median(one[key] for one in found) for key in ("p50", "p99")} for found in rounds)
     return first, second

@@ -27,7 +27,7 @@ from rig.qualify.benchmarks.devices.fieldbus_rig import (
     context,
     modbus,
     modbus_at,
-    quantiles,
+    quantiles_us,
     spec,
 )
 
@@ -63,7 +63,7 @@ def bench_deaths() -> dict[str, Any]:
 
 
 def _death_figures(what: str, times_s: list[float], limit: dict[str, Any]) -> dict[str, Any]:
-    found = quantiles([round(t * 1e9) for t in times_s])
+    found = quantiles_us([round(t * 1e9) for t in times_s])
     return {
         f"death of the loop to safe, {what}, {key}": figure(value / 1e3, "ms", **limit) for key, value in found.items()
     }

@@ -26,7 +26,7 @@ from rig.qualify.benchmarks.devices.fieldbus_rig import (
     context,
     itv,
     modbus,
-    quantiles,
+    quantiles_us,
     spec,
     tick,
 )
@@ -122,7 +122,7 @@ def _serial_rate(running: Emulation, baud: int) -> dict[str, Any]:
         )
     }
     if baud in (BAUDS[0], BAUDS[-1]):
-        for key, value in quantiles(times).items():
+        for key, value in quantiles_us(times).items():
             name = f"serial valves at {baud} baud, tick {key}"
             figures[name] = figure(value, "us", limit="both exchanges waited for, computed", limit_value=2e6 / computed)
     return figures
@@ -143,7 +143,7 @@ def _rtu_rate(running: Emulation, baud: int) -> dict[str, Any]:
         )
     }
     if baud == BAUDS[-1]:
-        for key, value in quantiles(times).items():
+        for key, value in quantiles_us(times).items():
             figures[f"Modbus RTU at {baud} baud, tick {key}"] = figure(
                 value, "us", limit="the round waited for, computed", limit_value=1e6 * round_s
             )
@@ -185,7 +185,7 @@ def _in_turns(ours: Callable[[], None], peer: Callable[[], None]) -> tuple[dict[
                 began = time.perf_counter_ns()
                 call()
                 found.append(time.perf_counter_ns() - began)
-    return quantiles(times[0]), quantiles(times[1])
+    return quantiles_us(times[0]), quantiles_us(times[1])
 
 
 def _peers() -> dict[str, Any]:

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 from support.records.made_days import made_day
 
-from rig.app.gap.baselines import EarlierDay, agreeing, check_apart, sessions_of
+from rig.app.gap.baselines import EarlierDay, agreeing, check_no_own_baseline, sessions_of
 from rig.errors import RigError
 
 
@@ -85,11 +85,11 @@ def test_days_of_several_months_are_a_session_each(tmp_path: Path) -> None:
 def test_a_parent_folder_that_contains_the_log_is_refused(folders: Path) -> None:
     assert len(sessions_of([folders])) == 4
     with pytest.raises(RigError, match=r"it contains the log under test, .*today; name the earlier days one by one"):
-        check_apart([folders / "today"], [folders])
+        check_no_own_baseline([folders / "today"], [folders])
     with pytest.raises(RigError, match="that is the log under test"):
-        check_apart([folders / "today"], [folders / "d1", folders / ".." / "all" / "today"])
+        check_no_own_baseline([folders / "today"], [folders / "d1", folders / ".." / "all" / "today"])
     with pytest.raises(RigError, match="it is a part of the log under test"):
-        check_apart([folders], [folders / "d1"])
+        check_no_own_baseline([folders], [folders / "d1"])
     with pytest.raises(RigError, match="contains the log under test"):
-        check_apart([folders / "today" / "x.mcap"], [folders / "today"])
-    check_apart([folders / "today"], [folders / "d1", folders / "d2"])
+        check_no_own_baseline([folders / "today" / "x.mcap"], [folders / "today"])
+    check_no_own_baseline([folders / "today"], [folders / "d1", folders / "d2"])

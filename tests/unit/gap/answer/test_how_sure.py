@@ -6,7 +6,7 @@ import pytest
 from support.plants.gap_rigs import baselines, model, session
 
 from rig.gap.answer.findings import Findings, Kept
-from rig.gap.answer.sureness import how_sure
+from rig.gap.answer.sureness import confidence_of
 from rig.gap.diagnosis import diagnose_with_grounds
 from rig.gap.hypotheses.library import NONE
 from rig.gap.pipeline import Grounds
@@ -30,12 +30,14 @@ def findings() -> Findings:
 def test_a_name_is_as_sure_as_the_name(findings: Findings) -> None:
     ahead, angle = findings.posteriors
     kept = [Kept(ahead, ahead.fits["delay"], 0.0)]
-    assert how_sure(findings, kept, [], doubted=0) == pytest.approx(0.4 * ahead.sure_beside * angle.probability[NONE])
+    assert confidence_of(findings, kept, [], doubted=0) == pytest.approx(
+        0.4 * ahead.sure_beside * angle.probability[NONE]
+    )
 
 
 def test_that_something_without_a_name_is_there_is_surer_than_the_name_that_was_dropped(findings: Findings) -> None:
     angle = findings.angle.probability[NONE]
-    assert how_sure(findings, [], [], doubted=0) == pytest.approx((1.0 - 0.1) * EITHER_CHANCE * angle)
+    assert confidence_of(findings, [], [], doubted=0) == pytest.approx((1.0 - 0.1) * EITHER_CHANCE * angle)
 
 
 @pytest.mark.parametrize(("odds", "right"), [(-2.0, 0.881), (2.0, 0.881), (0.0, 0.5)])
@@ -46,5 +48,5 @@ def test_an_effect_and_what_is_said_of_something_beside_it_are_both_to_be_right(
     beside = replace(ahead, log_odds_beside={**ahead.log_odds_beside, "delay": odds})
     seen, kept = replace(findings, posteriors=(beside, angle)), [Kept(beside, beside.fits["delay"], 0.0)]
     expected = 0.4 * right * angle.probability[NONE]
-    assert how_sure(seen, kept, [], doubted=0) == pytest.approx(expected, rel=1e-3)
-    assert how_sure(seen, kept, [], doubted=1) == pytest.approx(expected * EITHER_CHANCE, rel=1e-3)
+    assert confidence_of(seen, kept, [], doubted=0) == pytest.approx(expected, rel=1e-3)
+    assert confidence_of(seen, kept, [], doubted=1) == pytest.approx(expected * EITHER_CHANCE, rel=1e-3)

@@ -14,7 +14,7 @@ import pytest
 from rig.errors import RigError, StateError
 from rig.service.client import Client
 from rig.service.connections import socket_access
-from rig.service.settings import make_folder
+from rig.service.settings import make_daemon_folder
 
 
 @pytest.fixture
@@ -80,7 +80,7 @@ def test_what_is_refused_at_another_user_s_place_says_whose_it_is(
     assert str(own) in name
     monkeypatch.setattr(os, "access", lambda *_: False)
     with pytest.raises(RigError, match=rf"{tmp_path}: cannot be written to{re.escape(name)}"):
-        make_folder(tmp_path)
+        make_daemon_folder(tmp_path)
 
     def refused(*_: object) -> None:
         raise PermissionError(errno.EACCES, "Permission denied")
@@ -192,7 +192,7 @@ def test_what_a_daemon_makes_is_not_everybody_s_to_write_to(umask: int, left: in
 def test_a_state_folder_is_its_owner_s_alone_to_write_to(tmp_path: Path) -> None:
     before = os.umask(0)
     try:
-        make_folder(tmp_path / "state", socket_access.OWN_MODE)
+        make_daemon_folder(tmp_path / "state", socket_access.OWN_MODE)
     finally:
         os.umask(before)
     assert (tmp_path / "state").stat().st_mode & 0o777 == 0o755
