@@ -30,8 +30,8 @@ from rig.service.queue.start_handler import StartHandler
 from rig.service.records.blackbox import Owner
 from rig.service.records.ledger import Ledger
 from rig.service.records.operating_time import OperatingTime
-from rig.service.records.recorder_messages import Mark
 from rig.service.records.retention import Retention
+from rig.service.session.marks import MarkWriter
 from rig.service.session.session import ending_signals
 from rig.service.session.session_monitor import SessionMonitor
 from rig.service.session.session_parts import SessionParts
@@ -56,8 +56,6 @@ _SOCKET_S: Final = 0.5
 """How often the socket is looked for."""
 _END_US: Final = 20_000_000
 """What systemd is asked for while a recorder is waited for, again and again; the unit's TimeoutStopSec."""
-_MOST_MARKS: Final = 8
-"""That wait for the recorder at a time: on a disk that stands still no more are taken."""
 _LOG = logging.getLogger("pamrig")
 Given = Mapping[str, Any]
 """A command's arguments by name, of the types that the protocol asks for."""
@@ -89,14 +87,10 @@ class Daemon:
         self._page = Page(settings.web, page_setup(parts, settings))
         self._armed_by = ""
         self._notifier = Notifier()
-        self._starter = ThreadPoolExecutor(
-            1, "session"
-        )  # lives as long as the daemon: the loop is told when its maker's thread dies
+        # lives as long as the daemon: the loop is told when its maker's thread dies
+        self._starter = ThreadPoolExecutor(1, "session")
         self._safe_mpa = parts.rig.safe.p1_mpa, parts.rig.safe.p2_mpa
-        self._marking = ThreadPoolExecutor(
-            1, "marks"
-        )  # its own: who waits for a disk with the marks of many takes no thread from the end of the daemon
-        self._resetting, self._marks = False, 0
+        self._marks, self._resetting = MarkWriter(), False
         self._over = asyncio.Event()
         self._began = time.monotonic()
         self._tasks: list[asyncio.Task[None]] = []
@@ -173,7 +167,7 @@ class Daemon:
         lost = await self._reports.end(self._wait_on)
         late = await self._disks.end(self._keep_last, self._wait_on)
         await self._server.close()
-        for executor in (self._starter, self._marking):
+        for executor in (self._starter, self._marks.executor):
             executor.shutdown()
         self._notifier.close()
         _LOG.info("ended; %s", "; ".join(filter(None, (left, lost, late))))
@@ -275,14 +269,7 @@ class Daemon:
         session = self._monitor.session
         if session is None or self._runner.current is None:
             raise Refused(Code.WRONG_STATE, "no record runs; a marker goes into the log of the record that does")
-        if self._marks >= _MOST_MARKS:
-            raise Refused(Code.REFUSED, "the recorder does not keep up with the marks; try again")
-        self._marks += 1
-        try:
-            mark = Mark(text, time.monotonic_ns())
-            await asyncio.get_running_loop().run_in_executor(self._marking, session.recording.expect, mark)
-        finally:
-            self._marks -= 1
+        await self._marks.write(session, text)
         return {"record": self._runner.current.name, "text": text}
 
     def _begin_estop(self) -> None:

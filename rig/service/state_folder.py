@@ -13,7 +13,7 @@ from typing import Final
 
 from rig.errors import RigError
 from rig.service.connections import socket_access
-from rig.service.settings import make_folder
+from rig.service.settings import make_daemon_folder
 
 _LOG: Final = logging.getLogger("pamrig")
 
@@ -30,7 +30,7 @@ class StateFolder:
 
     def _take(self) -> list[int]:
         """Its locks and, last, the folder itself, whose number is given to no other as long as it is open."""
-        make_folder(self._path, socket_access.OWN_MODE)
+        make_daemon_folder(self._path, socket_access.OWN_MODE)
         socket_access.keep_others_from(self._path, "the daemon's queue and ledger")
         taken = (
             f"{self._path}: another daemon is running with this state folder; see `pamrig status`, or "
