@@ -32,11 +32,11 @@ from rig.service.records.ledger import Ledger
 from rig.service.records.operating_time import OperatingTime
 from rig.service.records.retention import Retention
 from rig.service.session.marks import MarkWriter
-from rig.service.session.session import ending_signals
 from rig.service.session.session_monitor import SessionMonitor
 from rig.service.session.session_parts import SessionParts
 from rig.service.session.telemetry import fault_json, safe_json
 from rig.service.settings import DaemonSettings, make_daemon_folder, read_token
+from rig.service.signals import ending_signals
 from rig.service.state_folder import StateFolder
 from rig.service.views import metrics
 from rig.service.views.fault_reports import FaultReports

@@ -27,7 +27,7 @@ from rig.realtime.loop import LEAVING_NS
 from rig.realtime.safe_state import NOT_SAFE, RETRY_S, SafeReport, SecondPath, Writer, insist, write_and_look
 from rig.realtime.safe_state import Outcome as SafeOutcome
 from rig.sample import BROKEN_WIRE, SUSPECT, Flag
-from rig.service.session.session import own_signals
+from rig.service.signals import own_signals
 
 SLEW_MPA_S: Final = 0.1
 """A fiftieth of what the guard allows in a run: somebody may have a hand at the joint."""

@@ -26,8 +26,10 @@ from rig.realtime.faults import Fault, explain
 from rig.realtime.program import Program
 from rig.rig_config import RigConfig, apart
 from rig.service.records.recorder_messages import RunOrder, message_of
+from rig.service.session.operator_facts import facts_for_operator, is_warning
 from rig.service.session.run_setup import order_of, session_facts
-from rig.service.session.session import Session, facts_for_operator, is_warning, own_signals
+from rig.service.session.session import Session
+from rig.service.signals import own_signals
 
 _POLL_S = 0.05
 

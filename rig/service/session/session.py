@@ -9,12 +9,12 @@ import multiprocessing
 import secrets
 import signal
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager, suppress
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from multiprocessing.connection import Connection
 from multiprocessing.process import BaseProcess
-from typing import Any, Final, Self
+from typing import Any, Self
 
 from rig.counted import counted
 from rig.realtime.commands import Mailbox, program_name, program_path
@@ -30,6 +30,7 @@ from rig.service.session.process_watch import PathMaker, ProcessWatch
 from rig.service.session.recording import SessionRecording
 from rig.service.session.session_end import SessionEnd
 from rig.service.session.watchers import WatcherEntry, Watchers, await_ready
+from rig.service.signals import own_signals
 
 LoopEntry = Callable[[LoopSetup, Connection], None]
 Insistence = Callable[[Callable[[], bool], Callable[[], None]], str]
@@ -260,38 +261,3 @@ class Session:
         if loop.is_alive():
             loop.kill()
             loop.join()
-
-
-_FOR_OPERATOR: Final = ("pace", "failsafe", "read_back", "warning")
-
-
-def facts_for_operator(device: Mapping[str, str]) -> dict[str, str]:
-    """Of a device's facts those that an operator must know before anything moves."""
-    return {key: said for key, said in device.items() if _subject(key) in _FOR_OPERATOR}
-
-
-def is_warning(key: str) -> bool:
-    """Whether the fact of that name warns, be it the rig's or one part's of it (`2.warning`)."""
-    return _subject(key) == "warning"
-
-
-def _subject(key: str) -> str:
-    return key.rpartition(".")[2]
-
-
-def ending_signals() -> list[signal.Signals]:
-    """What asks a commanding process to end: Ctrl-C, SIGTERM, and the end of its terminal, unless `nohup` has it
-    ignored."""
-    hang_up = [] if signal.getsignal(signal.SIGHUP) is signal.SIG_IGN else [signal.SIGHUP]
-    return [signal.SIGINT, signal.SIGTERM, *hang_up]
-
-
-@contextmanager
-def own_signals(handler: Callable[[int, Any], None] | signal.Handlers) -> Iterator[None]:
-    """Meanwhile `handler` is called with each of `ending_signals`, which end nothing; for the main thread."""
-    before = {number: signal.signal(number, handler) for number in ending_signals()}
-    try:
-        yield
-    finally:
-        for number, earlier in before.items():
-            signal.signal(number, earlier)

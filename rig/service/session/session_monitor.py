@@ -25,9 +25,10 @@ from rig.service.session.emergency_stop import NOT_CARRIED_OUT, carried_out, ref
 from rig.service.session.heir import Heir
 from rig.service.session.last_resort import last_resort
 from rig.service.session.left_unsafe import LeftUnsafe
+from rig.service.session.operator_facts import facts_for_operator
 from rig.service.session.process_watch import PathMaker
 from rig.service.session.refusals import BY_HAND, NOT_OPEN, NOT_READY
-from rig.service.session.session import Session, facts_for_operator
+from rig.service.session.session import Session
 from rig.service.session.session_parts import SessionParts
 from rig.service.session.telemetry import Telemetry
 
