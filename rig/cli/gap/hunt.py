@@ -1,5 +1,6 @@
 """`pamrig gap hunt`: run, diagnose, run what tells more, until it is known."""
 
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -84,7 +85,6 @@ def hunt(
     from rig.app.gap.hunt.options import HuntOptions
     from rig.app.gap.hunt.report import hunt_and_tell
     from rig.app.runs import record_folders
-    from rig.gap.answer.words.sizes import percent
 
     rig, folder = compose.load(rig_path), output or record_folders.new_folder("hunt")
     check_no_own_baseline([folder], baselines)
@@ -103,23 +103,38 @@ def hunt(
     for line in days.lines():
         out.print(line)
     asks = not compose.is_simulated(rig) if confirm is None else confirm
+    dialogue = _Dialogue(rig.name, asks, json_to)
+    hunt_and_tell(options, dialogue.allowed, dialogue.report, dialogue.tell)
 
-    def allowed(step: "HuntStep") -> bool:
-        out.print(f"next, {step.minutes:.1f} min: {step.why}")
+
+@dataclass(frozen=True)
+class _Dialogue:
+    """What a hunt says on the terminal, and asks there."""
+
+    rig: str
+    asks: bool
+    """Before every sweep."""
+    json_to: str | None
+
+    def allowed(self, step: "HuntStep") -> bool:
+        """Announce a sweep; whether it may run."""
+        console(self.json_to).print(f"next, {step.minutes:.1f} min: {step.why}")
         try:
-            return not asks or click.confirm(in_one_line(f"Run {step.sweep} on {rig.name}?"), err=True)
+            return not self.asks or click.confirm(in_one_line(f"Run {step.sweep} on {self.rig}?"), err=True)
         except click.Abort:  # Ctrl-C, or nobody to answer: what was learnt is told as of any other interruption
             raise KeyboardInterrupt from None
 
-    def report(step: "HuntStep") -> None:
+    def report(self, step: "HuntStep") -> None:
+        """What is still possible after a sweep."""
+        from rig.gap.answer.words.sizes import percent
+
         names = ", ".join(f"{name} {percent(chance)}" for name, chance in step.set)
-        out.print(f"still possible: {names}")
+        console(self.json_to).print(f"still possible: {names}")
 
-    def tell(found: "Hunted") -> None:
-        _show(found, json_to)
-        emit(found.to_json(), json_to)
-
-    hunt_and_tell(options, allowed, report, tell)
+    def tell(self, found: "Hunted") -> None:
+        """What came of it, for a person and as JSON."""
+        _show(found, self.json_to)
+        emit(found.to_json(), self.json_to)
 
 
 def _daemon(socket: Path | None, rig: str) -> "Client":

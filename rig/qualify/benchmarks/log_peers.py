@@ -103,9 +103,25 @@ def hour_of_samples(records: int) -> Any:
     lateness."""
     import numpy as np
 
-    from rig.excite.setpoints import around
     from rig.log.mcap.columns import DTYPES, Samples
-    from rig.sample import WIRES, Flag, Phase
+    from rig.sample import WIRES
+
+    columns, due, tick = _columns_of_an_hour(records)
+    counts_per_unit = 2.0**20  # as the rig keeps its values: 1e-6 of their unit
+    for name in ("dp_cmd_mpa", "p1_cmd_mpa", "p2_cmd_mpa", "p1_mpa", "p2_mpa", "angle_deg"):
+        columns[name] = np.rint(columns[name] * counts_per_unit) / counts_per_unit
+    fields = {
+        name: np.broadcast_to(columns.get(name, 0), records).astype(DTYPES[wire.kind]) for name, wire in WIRES.items()
+    }
+    return Samples(fields, due + _STARTED_NS, tick.astype(np.uint32))
+
+
+def _columns_of_an_hour(records: int) -> tuple[dict[str, Any], Any, Any]:
+    """The columns (n,) by name as the devices gave them, when each tick was due (ns), and the ticks' numbers."""
+    import numpy as np
+
+    from rig.excite.setpoints import around
+    from rig.sample import Flag, Phase
 
     rng = np.random.default_rng(SEED)
     tick = np.arange(records, dtype=np.int64)
@@ -139,13 +155,7 @@ def hour_of_samples(records: int) -> Any:
         "flags": int(Flag.ANGLE_ZEROED),
         "angle_zero_deg": 1.234,
     }
-    counts_per_unit = 2.0**20  # as the rig keeps its values: 1e-6 of their unit
-    for name in ("dp_cmd_mpa", "p1_cmd_mpa", "p2_cmd_mpa", "p1_mpa", "p2_mpa", "angle_deg"):
-        columns[name] = np.rint(columns[name] * counts_per_unit) / counts_per_unit
-    fields = {
-        name: np.broadcast_to(columns.get(name, 0), records).astype(DTYPES[wire.kind]) for name, wire in WIRES.items()
-    }
-    return Samples(fields, due + _STARTED_NS, tick.astype(np.uint32))
+    return columns, due, tick
 
 
 def _packed_hour(records: int) -> tuple[list[bytes], list[int]]:
