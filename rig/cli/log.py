@@ -11,7 +11,7 @@ import click
 from rig.app.terminal import console, listing, styled
 from rig.cli.common import Number, emit, json_option
 from rig.cli.outputs import FORMERLY_OUTPUT, Group, Renamed, figure_option, output_option
-from rig.counted import counted
+from rig.number_text import counted
 from rig.outputs import OutputKind, targets_in, write_text
 from rig.report.shown_text import in_lines, in_one_line
 

@@ -8,7 +8,7 @@ import click
 from rig.app.terminal import console, listing, styled
 from rig.cli.common import emit, json_option
 from rig.cli.outputs import Group, output_option
-from rig.counted import counted
+from rig.number_text import counted
 from rig.outputs import OutputKind
 
 

@@ -17,8 +17,8 @@ from rig.control.frequency_response import FrequencyResponse, Response, best_lin
 from rig.control.plant import Plant
 from rig.errors import ModelError
 from rig.gains import ClosedLoop
+from rig.number_text import to_digits
 from rig.record import Column
-from rig.rounding import to_digits
 
 AMPLITUDES_MPA: Final = (0.03, 0.1, 0.2)
 """Sizes at which the plant is looked at; a muscle with hysteresis is stiffer in small movements."""

@@ -12,7 +12,6 @@ import yaml
 from numpy.typing import NDArray
 
 from rig.config import structure
-from rig.counted import counted
 from rig.errors import ConfigError, RecordError
 from rig.log.mcap import schema
 from rig.log.mcap.collector import LogLine, SampleCollector, is_sample_channel
@@ -21,6 +20,7 @@ from rig.log.mcap.contents import Contents, map_file
 from rig.log.mcap.framing import MAGIC, DamageError
 from rig.log.mcap.salvage import salvage
 from rig.log.reader import read
+from rig.number_text import counted
 from rig.realtime.faults import Fault
 from rig.realtime.guard import Limits
 from rig.record import Record

@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 from rig.channels import FACT, Channels, common
 from rig.columns import rms, rows_in_force
-from rig.counted import counted
 from rig.errors import RecordError
+from rig.number_text import counted
 from rig.own_units import own_plain
 from rig.record import MAIN_COLUMNS, MOST_ROWS, Column, Record
 

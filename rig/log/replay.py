@@ -13,11 +13,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rig.columns import rms
-from rig.counted import counted
 from rig.errors import RecordError
 from rig.excite.experiment import Timing
 from rig.excite.setpoints import around
 from rig.log.mcap.columns import Samples
+from rig.number_text import counted
 from rig.realtime.program import Program
 from rig.record import MOST_ROWS, Column
 from rig.sample import Phase

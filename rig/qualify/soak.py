@@ -9,8 +9,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final
 
-from rig.counted import counted
 from rig.errors import RigError
+from rig.number_text import counted
 from rig.qualify import stalls
 from rig.qualify.faults.bench import FaultBench
 from rig.qualify.witness import Witnesses

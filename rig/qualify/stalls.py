@@ -11,9 +11,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final, NamedTuple
 
-from rig.counted import counted
 from rig.errors import RecordError
 from rig.log.mcap.reader import McapLog
+from rig.number_text import counted
 from rig.qualify.witness import LATE_NS, SLEEP_NS, Account, Stall
 
 OWN_NS: Final = SLEEP_NS + LATE_NS

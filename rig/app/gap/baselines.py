@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-from rig.counted import counted
 from rig.errors import RigError
+from rig.number_text import counted
 
 if TYPE_CHECKING:
     from rig.record import Record

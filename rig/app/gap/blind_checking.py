@@ -19,10 +19,10 @@ from rig.blind_check.generate import draw, open_labels
 from rig.blind_check.modes import GROUPS, measures_of, names_of
 from rig.blind_check.real_source import RecordsSource
 from rig.blind_check.source import Source
-from rig.counted import counted
 from rig.errors import ConfigError, RecordError
 from rig.gap.hypotheses.library import LIBRARY
 from rig.gap.settings import fitted
+from rig.number_text import counted
 from rig.parallel import each, executor
 
 DAYS_NEED = 2

@@ -31,11 +31,11 @@ from rig.gap.reference.expectation import Parts
 from rig.gap.settings import Fitted, Levels, Prior, fitted
 from rig.model.parameters import Model
 from rig.model.response.fingerprint_check import fingerprint_checksum
+from rig.number_text import to_digits
 from rig.outputs import OutputKind as Output
 from rig.outputs import write_text
 from rig.parallel import executor
 from rig.record import Record
-from rig.rounding import to_digits
 
 R = TypeVar("R")
 STEPS = 2

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 from rig.app.gap.baselines import EarlierDay, EarlierDays
 from rig.app.gap.diagnosing import diagnose_case, first_time
 from rig.app.gap.diagnosis_options import DiagnosisOptions, NamedDay
-from rig.counted import counted
 from rig.errors import RigError
+from rig.number_text import counted
 
 if TYPE_CHECKING:
     from rig.gap.answer.result import Diagnosis

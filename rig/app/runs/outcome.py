@@ -5,8 +5,8 @@ from dataclasses import dataclass, field
 from typing import Any, Final
 
 from rig.channels import PNEUMATIC, Channels
-from rig.counted import counted
 from rig.errors import CheckFailed, Interrupted, beside
+from rig.number_text import counted
 from rig.own_units import own_plain
 from rig.realtime.faults import Fault
 from rig.service.records.recorder_messages import RunResult

@@ -18,7 +18,7 @@ from rig.cli.gap.check_options import (
 )
 from rig.cli.gap.options import html_option, page_option, path_type, workers_option
 from rig.cli.outputs import Group, options_behind_the_step, output_option, write_errors_last
-from rig.counted import counted
+from rig.number_text import counted
 from rig.outputs import OutputKind
 
 if TYPE_CHECKING:

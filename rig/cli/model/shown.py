@@ -17,11 +17,11 @@ from rig.identify.search.stability import StabilityVerdict
 from rig.identify.validate import Score, Validation
 from rig.model.fingerprint import Fingerprint, PressureSource
 from rig.model.parameters import Model
+from rig.number_text import parameter_text
 from rig.own_units import own_label, own_plain, own_text, speaker
 from rig.record import Record
 from rig.report.fit_figures import terminal_comparison
 from rig.report.fit_files import score_cells
-from rig.rounding import parameter_text
 
 
 def identified_json(found: Identified, output: Path) -> dict[str, Any]:

@@ -7,7 +7,7 @@ import click
 from rig.app.terminal import console
 from rig.cli.common import emit, family_option, json_option
 from rig.cli.outputs import Command, figure_option, output_option, write_errors_last
-from rig.counted import counted
+from rig.number_text import counted
 from rig.outputs import OutputKind
 
 

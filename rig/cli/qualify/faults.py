@@ -8,7 +8,7 @@ import click
 from rig.app.terminal import console, listing, progress, styled
 from rig.cli.common import Number, emit, json_option
 from rig.cli.outputs import Command, output_option
-from rig.counted import counted
+from rig.number_text import counted
 from rig.outputs import OutputKind
 
 if TYPE_CHECKING:

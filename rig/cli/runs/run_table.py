@@ -4,7 +4,7 @@ import math
 
 from rig.app.runs.outcome import RunOutcome
 from rig.app.terminal import console, listing, styled
-from rig.counted import counted
+from rig.number_text import counted
 
 
 def summary(outcome: RunOutcome, json_to: str | None) -> None:

@@ -12,7 +12,7 @@ import click
 from rig.app.terminal import console
 from rig.cli.common import F, Number, emit, json_option, rig_option
 from rig.cli.outputs import Command
-from rig.counted import counted
+from rig.number_text import counted
 from rig.report.shown_text import in_one_line
 
 if TYPE_CHECKING:

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from rig.app.terminal import console, listing
-from rig.counted import counted
 from rig.errors import CheckFailed
+from rig.number_text import counted
 
 if TYPE_CHECKING:
     from rich.table import Table

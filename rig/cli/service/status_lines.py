@@ -6,7 +6,7 @@ from typing import Any, Final
 from rich.markup import escape
 
 from rig.channels import PNEUMATIC, Channels, channels_of
-from rig.counted import counted
+from rig.number_text import counted
 from rig.report.shown_text import in_one_line
 
 COLOURS = {"disarmed": "white", "armed": "yellow", "running": "green", "done": "cyan", "fault": "bold red"}

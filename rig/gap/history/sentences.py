@@ -1,9 +1,9 @@
 """A history in sentences."""
 
-from rig.counted import counted
 from rig.gap.history.change_points import fewest_days
 from rig.gap.history.trends import GAP, Change, Growth, History
 from rig.gap.settings import FALSE_ALARM_RATE
+from rig.number_text import counted
 
 
 def history_sentences(history: History, unit: str = "deg") -> list[str]:

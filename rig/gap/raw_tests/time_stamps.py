@@ -4,10 +4,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from rig.counted import counted
 from rig.gap.raw_tests.settings import JITTER, STAMP_GAP
 from rig.gap.raw_tests.signature import Signature
 from rig.gap.records.pairs import Pair
+from rig.number_text import counted
 from rig.record import Record
 
 LEAST_JITTER = 1e-4

@@ -8,7 +8,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from rig.counted import counted
 from rig.errors import RecordError
 from rig.gap.records.alignment import align
 from rig.gap.records.conditions import difference
@@ -23,6 +22,7 @@ from rig.gap.records.usable import check_direction, check_scale, early, hole, re
 from rig.identify.records.causality import before_pressures, together
 from rig.identify.records.monitors import broken_monitor
 from rig.log.session_times import are_numbered, begun_s
+from rig.number_text import counted
 from rig.record import Column, Record
 
 __all__ = ["Pair", "Pairing", "RunColumns", "pair_up"]

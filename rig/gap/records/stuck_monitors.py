@@ -9,11 +9,11 @@ from dataclasses import replace
 import numpy as np
 
 from rig.columns import white_noise
-from rig.counted import counted
 from rig.gap.records.dropouts import Rows
 from rig.gap.records.settings import LEAST_FLICKER_MPA, LEAST_FLICKER_STEPS, STUCK_ROWS, STUCK_S
 from rig.identify.records.monitors import LEAST_SET_MPA
 from rig.model.resample import set_points
+from rig.number_text import counted
 from rig.record import Column, Record
 
 MONITORS = ("p1_mpa", "p2_mpa")

@@ -9,7 +9,6 @@ from collections.abc import Sequence
 import numpy as np
 
 from rig.columns import correlation
-from rig.counted import counted
 from rig.errors import ModelError, RecordError
 from rig.gap.records.settings import (
     AGAINST,
@@ -39,6 +38,7 @@ from rig.identify.records.monitors import (
     follows,
     nothing_answers,
 )
+from rig.number_text import counted
 from rig.record import Column, Record
 
 NOTHING_ANSWERS = (

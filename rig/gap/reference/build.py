@@ -16,7 +16,6 @@ import numpy as np
 
 from rig.columns import rms
 from rig.config import suggest
-from rig.counted import counted
 from rig.errors import ConfigError, ModelError
 from rig.gap.records.pairs import Pair, Pairing
 from rig.gap.records.usable import check_direction
@@ -34,6 +33,7 @@ from rig.model.parameters import Input, Model
 from rig.model.response.fingerprint_check import fingerprint_trouble
 from rig.model.response.model import ResponseModel, response_of
 from rig.model.simulation import simulate
+from rig.number_text import counted
 from rig.record import Column
 
 AUTO = "auto"

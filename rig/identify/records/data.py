@@ -12,7 +12,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rig.channels import common
-from rig.counted import counted
 from rig.errors import RecordError
 from rig.identify.records.causality import before_command, together
 from rig.identify.records.mix_ups import mix_ups, strange_clock
@@ -22,6 +21,7 @@ from rig.model.driving import driving_pressures
 from rig.model.external.simulator import KIND as EXTERNAL
 from rig.model.parameters import Input, Model
 from rig.model.resample import commanded, is_regular, on_grid
+from rig.number_text import counted
 from rig.record import Column, Record
 
 SHORTEST_S = 1.0

@@ -22,10 +22,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rig.config import check_regular
-from rig.counted import counted
 from rig.errors import RecordError
 from rig.log.foreign.stamps import Stamp, Stamps, stamp
 from rig.log.mcap.framing import unpacked_limit
+from rig.number_text import counted
 
 GZIP_MAGIC: Final = b"\x1f\x8b"
 _MOST_BYTES: Final = 2 << 30

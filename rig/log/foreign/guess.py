@@ -15,7 +15,6 @@ import numpy as np
 
 from rig.channels import LONGEST_NAME, Channel
 from rig.columns import correlation
-from rig.counted import counted
 from rig.errors import RecordError
 from rig.further_channels import PLACES, RESERVED
 from rig.log.foreign.delimited import Style, read_lines, text_table
@@ -25,6 +24,7 @@ from rig.log.foreign.stamps import FORMS
 from rig.log.foreign.tables import RawColumn, RawTable, raw_delimited, read_tdms
 from rig.log.foreign.units import PRESSURE_SIZES, STEP_SIZES, UNITS, converted, unit_by_size
 from rig.log.mcap.columns import Array
+from rig.number_text import counted
 from rig.sample import WIRES
 
 _TIME: Final = ("t", "time", "zeit", "temps", "timestamp", "stamp", "log_time", "seconds", "ms")

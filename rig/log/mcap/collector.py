@@ -9,11 +9,11 @@ from typing import Any, Final, NamedTuple
 from mcap.opcode import Opcode
 from mcap.records import Channel, Schema
 
-from rig.counted import counted
 from rig.log.mcap import schema
 from rig.log.mcap.columns import GrowingSamples, Layout, Samples, layout_of, run_length
 from rig.log.mcap.contents import Contents
 from rig.log.mcap.framing import HEAD, MESSAGE_HEAD, Block, DamageError, Unpacker, blocks, unpacked_limit
+from rig.number_text import counted
 from rig.sample import WIRES
 
 _BATCH_BYTES: Final = 1 << 20

@@ -16,8 +16,8 @@ from mcap.data_stream import ReadDataStream
 from mcap.exceptions import McapError
 from mcap.opcode import Opcode
 
-from rig.counted import counted
 from rig.log.mcap.compression import Decompressor
+from rig.number_text import counted
 
 T = TypeVar("T")
 

@@ -22,10 +22,10 @@ from rig.identify.search.stability import SweepRange
 from rig.log.session_times import begun_s
 from rig.model import parameters
 from rig.model.parameters import Input, Model
+from rig.number_text import parameter_text
 from rig.own_units import own_text
 from rig.record import Record
 from rig.report.fit_figures import comparison_figure
-from rig.rounding import parameter_text
 
 __all__ = ["Identified", "Model", "Validation", "identify", "load_model", "save_model", "simulate", "validate"]
 

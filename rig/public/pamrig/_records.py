@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 import rig.record
 from pamrig._picture import Picture, Table, shown
 from pamrig._places import place_of, require_one_of
-from rig.counted import counted
 from rig.errors import RecordError
 from rig.log import reader
+from rig.number_text import counted
 
 if TYPE_CHECKING:
     import pandas

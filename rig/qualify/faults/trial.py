@@ -8,9 +8,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
-from rig.counted import counted
 from rig.errors import RigError
 from rig.log.mcap.writer import PARTIAL_SUFFIX
+from rig.number_text import counted
 from rig.qualify.faults.bench import FaultBench, Spoilt
 from rig.qualify.faults.table import FaultRow
 from rig.realtime.faults import Fault

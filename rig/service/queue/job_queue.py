@@ -10,9 +10,9 @@ from pathlib import Path
 from typing import Any, Final
 
 from rig.config import structure
-from rig.counted import counted
 from rig.errors import ConfigError, RigError
 from rig.fields import bounded
+from rig.number_text import counted
 from rig.service.records.durable_file import anywhere, put_aside, write_durably
 
 MOST_OPEN = 200

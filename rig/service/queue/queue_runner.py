@@ -9,9 +9,9 @@ from functools import partial
 from pathlib import Path
 from typing import Any, Final, TypeVar
 
-from rig.counted import counted
 from rig.errors import RigError
 from rig.log.mcap.schema import Ended
+from rig.number_text import counted
 from rig.outputs import file_name
 from rig.realtime.commands import Request, program_path
 from rig.realtime.state import State

@@ -13,9 +13,9 @@ from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any
 
-from rig.counted import counted
 from rig.errors import RecordError, StateError
 from rig.log.mcap.writer import RunWriter
+from rig.number_text import counted
 from rig.realtime.faults import Fault, explain
 from rig.realtime.ring import Ring, RingReader
 from rig.realtime.state import State

@@ -16,7 +16,7 @@ from multiprocessing.connection import Connection
 from multiprocessing.process import BaseProcess
 from typing import Any, Self
 
-from rig.counted import counted
+from rig.number_text import counted
 from rig.realtime.commands import Mailbox, program_name, program_path
 from rig.realtime.program import Program
 from rig.realtime.ring import CAPACITY, Ring

@@ -4,7 +4,7 @@ import math
 from collections.abc import Sequence
 
 from rig.gap.answer.result import Interval
-from rig.rounding import rounded
+from rig.number_text import rounded
 
 DEVIATIONS = 4.0
 """Standard deviations from end to end of a size's interval (95 %)."""
@@ -20,7 +20,7 @@ UNITS: dict[str, Sequence[tuple[float, float, str]]] = {
 
 def size(number: Interval, signed: bool = False, move: float = 0.0) -> str:
     """The size of a fitted number with its unit; its sign is told by a word beside it, unless `signed`. `move`: see
-    `rig.rounding.rounded`, in the number's own unit."""
+    `rig.number_text.rounded`, in the number's own unit."""
     width = abs(number.high - number.low) if math.isfinite(number.high - number.low) else 0.0
     _, factor, unit = next(
         (line for line in UNITS.get(number.unit, ()) if abs(number.value) < line[0]), (0.0, 1.0, number.unit)

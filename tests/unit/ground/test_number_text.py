@@ -1,8 +1,8 @@
-"""Numbers for people: in a sentence, beside a standard deviation in a table, in a file."""
+"""Numbers for people: in a sentence, beside a standard deviation in a table, in a file; how many of something."""
 
 import pytest
 
-from rig.rounding import parameter_text, rounded, to_digits
+from rig.number_text import counted, parameter_text, rounded, to_digits
 
 
 @pytest.mark.parametrize(
@@ -48,3 +48,13 @@ def test_one_end_of_a_move_has_the_digits_of_the_move() -> None:
 def test_a_number_of_a_file_stays_a_number() -> None:
     assert to_digits(0.0123456, 3) == 0.0123
     assert to_digits(-98765.0, 2) == -99000.0
+
+
+@pytest.mark.parametrize(("count", "said"), [(0, "0 records"), (1, "1 record"), (2, "2 records")])
+def test_one_is_one(count: int, said: str) -> None:
+    assert counted(count, "record") == said
+
+
+@pytest.mark.parametrize(("count", "said"), [(0, "0 ticks were"), (1, "1 tick was"), (2, "2 ticks were")])
+def test_a_verb_goes_with_it(count: int, said: str) -> None:
+    assert counted(count, "tick was", "ticks were") == said

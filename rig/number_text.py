@@ -1,4 +1,4 @@
-"""Numbers as people read them: no more digits than they are worth.
+"""Numbers as people read them: how many of something, and no more digits than they are worth. Standard library only.
 
 A number is told to the digit that its own standard deviation leaves standing, as in physics (Particle Data Group,
 Review of Particle Physics, Introduction 5.3). What it is called and in which unit is for whoever tells it.
@@ -13,6 +13,12 @@ IN_A_TABLE: Final = 6
 """Of a parameter in a table, which somebody may copy."""
 OF_A_DEVIATION: Final = 2
 """Digits of a standard deviation that stands beside its parameter in a table."""
+
+
+def counted(count: int, one: str, several: str = "") -> str:
+    """A number with the noun behind it, which takes an s where it is not one; of several words the last takes it.
+    `several` stands in its place where that is not all, as with a verb: "tick was", "ticks were"."""
+    return f"{count} {one}" if count == 1 else f"{count} {several or one + 's'}"
 
 
 def rounded(
