@@ -19,7 +19,7 @@ def test_after_a_reset_in_vain(tmp_path: Path, number: int) -> None:
         _lose_the_device(bench)
         with bench.client() as client, pytest.raises(RigError, match="DEVICE_LOST"):
             client.reset()
-        _lose_the_daemon(bench, number)
+        check_that_somebody_goes_on_without_the_daemon(bench, number)
 
 
 def test_after_the_time_of_those_who_watched_a_loop_that_is_gone(tmp_path: Path) -> None:
@@ -29,7 +29,7 @@ def test_after_the_time_of_those_who_watched_a_loop_that_is_gone(tmp_path: Path)
         os.kill(bench.pids()["loop"], signal.SIGKILL)
         gave_up = time.monotonic() + 12.0
         bench.wait(lambda: time.monotonic() > gave_up, "the end of their time")
-        _lose_the_daemon(bench, signal.SIGKILL)
+        check_that_somebody_goes_on_without_the_daemon(bench, signal.SIGKILL)
 
 
 def _lose_the_device(bench: SwitchedBench) -> None:
@@ -42,7 +42,7 @@ def _lose_the_device(bench: SwitchedBench) -> None:
     assert not bench.is_safe
 
 
-def _lose_the_daemon(bench: SwitchedBench, number: int) -> None:
+def check_that_somebody_goes_on_without_the_daemon(bench: SwitchedBench, number: int) -> None:
     others = {pid for name, pid in bench.pids().items() if name != "control"}
     os.kill(bench.daemon_pid, number)
     bench.line.mend()
