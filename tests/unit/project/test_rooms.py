@@ -1,6 +1,7 @@
 """The rules of the rooms hold: import-linter's contracts, and what it cannot see."""
 
 import ast
+import shutil
 import subprocess
 import sys
 import tomllib
@@ -12,6 +13,16 @@ from conftest import ROOT
 SOURCES = sorted(path for room in ("rig", "drivers", "hil") for path in (ROOT / room).rglob("*.py"))
 REACHES = ("setattr", "getattr", "delattr", "patch", "object")
 TESTS = sorted((ROOT / "tests").rglob("*.py"))
+TOP = {"rig", "drivers", "hil", "tests", "configs", "logs", "docs", ".ci", ".github"}
+TOP |= {
+    "pyproject.toml",
+    "requirements.lock",
+    "requirements-test.lock",
+    "Makefile",
+    ".gitignore",
+    ".pre-commit-config.yaml",
+}
+TOP |= {"README.md", "CHANGELOG.md", "CONTRIBUTING.md", "LICENSE"}
 TEST_MODULES = {path.stem for path in TESTS if path.name.startswith("test_")}
 
 
@@ -31,6 +42,14 @@ def test_every_module_right_in_rig_stands_in_the_contracts() -> None:
     assert modules - floors == set()
     below_the_roof = modules - {"rig.app", "rig.qualify", "rig.cli"}
     assert below_the_roof == set(contracts["Only the roof knows drivers and stand-ins"]["source_modules"])
+
+
+def test_nothing_that_somebody_tried_out_is_kept_at_the_top() -> None:
+    if not (ROOT / ".git").exists() or shutil.which("git") is None:
+        pytest.skip("no checkout, or no git: what is kept is known to it alone")
+    listed = ["git", "-c", "safe.directory=*", "ls-files"]  # a checkout may be another user's
+    kept = subprocess.run(listed, cwd=ROOT, capture_output=True, text=True, check=True).stdout
+    assert {path.split("/")[0] for path in kept.splitlines()} == TOP
 
 
 @pytest.mark.parametrize("room", ["rig", "drivers", "hil"])
