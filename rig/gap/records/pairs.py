@@ -5,13 +5,14 @@ No effect and no verdict is known here.
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Final, NamedTuple
 
 import numpy as np
 
 from rig.errors import RecordError
 from rig.gap.records.alignment import align
 from rig.gap.records.conditions import difference
-from rig.gap.records.dropouts import Dropouts, Rows, without_dropouts
+from rig.gap.records.dropouts import Dropouts, without_dropouts
 from rig.gap.records.grid import Pair, RunColumns, pair_on_grid
 from rig.gap.records.outliers import without_outliers
 from rig.gap.records.partners import Match, Partner, find_partner, named_session, require_partners
@@ -307,31 +308,46 @@ def _say_other_input(pairs: Sequence[Pair], notes: list[str]) -> None:
 
 
 def _clipped(pairs: Sequence[Pair]) -> Iterator[str]:
-    """A note for each sensor that repeats its end value while the command moves on."""
+    """A note for each sensor that repeats its end value while the command moves on, and did not so on the earlier days:
+    a joint that rests at an end of its sweep rested there then as well."""
     for pair in pairs:
-        moves = np.gradient(pair.raw.dp_cmd_mpa) != 0.0
-        for what, unit, column in (
-            ("the angle", "deg", pair.raw.angle_deg),
-            ("the monitor of p1", "MPa", pair.raw.p1_mpa),
-            ("the monitor of p2", "MPa", pair.raw.p2_mpa),
-        ):
-            if column is None:
-                continue
-            known = np.isfinite(column)
-            for word, end, share in _stays(column[known], moves[known]):
-                yield (
-                    f"{pair.name}: {what} stays at its {word} end {end:.4g} {unit} for {100 * share:.0f} % of "
-                    "the time: clipped?"
-                )
+        for name, what, unit in _SENSORS:
+            days = [_stays(day, name) for day in pair.raw_baselines]
+            for word, stay in _stays(pair.raw, name).items():
+                before = min((day[word].share if word in day else 0.0 for day in days), default=0.0)
+                if stay.share > max(CLIPPED + before, CLIPPED_OVER_NEXT * stay.beside):
+                    yield (
+                        f"{pair.name}: {what} stays at its {word} end {stay.end:.4g} {unit} for {100 * stay.share:.0f} "
+                        "% of the time: clipped?"
+                    )
 
 
-def _stays(column: Column, moves: Rows) -> Iterator[tuple[str, float, float]]:
-    """The ends at which a column (n,) stays for too much of the time while it should move (n,): upper or lower, the
-    value, and the share. A sine on a coarse converter's steps is at its end 2.4 times as long as beside it."""
+_SENSORS: Final = (
+    ("angle_deg", "the angle", "deg"), ("p1_mpa", "the monitor of p1", "MPa"), ("p2_mpa", "the monitor of p2", "MPa")
+)  # fmt: skip
+
+
+class _Stay(NamedTuple):
+    """The end of a column, and for which share of the time it stays there, and at the value beside it."""
+
+    end: float
+    share: float
+    beside: float
+
+
+def _stays(record: Record, name: str) -> dict[str, _Stay]:
+    """For how long a column of the record is at its upper and its lower end while it should move; empty where it has
+    none, or one value. A sine on a coarse converter's steps is at its end 2.4 times as long as beside it."""
+    column = getattr(record, name)
+    if column is None:
+        return {}
+    known = np.isfinite(column)
+    column, moves = column[known], (np.gradient(record.dp_cmd_mpa) != 0.0)[known]
     values = np.unique(column)
     if len(values) < 2:
-        return
-    for word, end, beside in (("upper", values[-1], values[-2]), ("lower", values[0], values[1])):
-        share, next_to_it = (float(np.mean(moves & (column == value))) for value in (end, beside))
-        if share > max(CLIPPED, CLIPPED_OVER_NEXT * next_to_it):
-            yield word, float(end), share
+        return {}
+    ends = {"upper": (values[-1], values[-2]), "lower": (values[0], values[1])}
+    return {
+        word: _Stay(float(end), *(float(np.mean(moves & (column == value))) for value in (end, beside)))
+        for word, (end, beside) in ends.items()
+    }

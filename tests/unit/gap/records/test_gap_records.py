@@ -196,6 +196,20 @@ def test_a_sensor_is_clipped_that_stays_at_its_end_where_it_should_move(
     assert [note for note in pairing.notes if "clipped?" in note] == list(pairing.clipped)
 
 
+@pytest.mark.parametrize(
+    ("upper_deg", "clipped"),
+    [(7.0, False), (6.8, False), (2.0, True), (20.0, False)],
+    ids=["as on the earlier day", "hardly less", "far deeper", "not at all"],
+)
+def test_what_stayed_at_its_end_on_the_earlier_days_is_not_clipped_now(upper_deg: float, clipped: bool) -> None:
+    course = 0.1 * np.sin(2 * np.pi * 0.5 * T)
+    then, now = (
+        replace(record(), dp_cmd_mpa=course, angle_deg=np.minimum(gain * course, upper))
+        for gain, upper in ((100.0, 7.0), (100.5, upper_deg))
+    )
+    assert bool(pair_up([now], [[then]], 0.2).clipped) is clipped
+
+
 @pytest.mark.parametrize(("correlation", "refused"), [(ANGLE_AGAINST - 0.02, True), (ANGLE_AGAINST + 0.02, False)])
 def test_an_angle_that_runs_against_what_is_expected_is_refused(correlation: float, refused: bool) -> None:
     wave, other = np.sin(2 * np.pi * 0.5 * T), np.cos(2 * np.pi * 0.5 * T)
