@@ -11,6 +11,7 @@ from rig.app.shipped import find_config
 from rig.channels import common
 from rig.errors import ConfigError, RecordError
 from rig.fields import bounded
+from rig.gap.records.outliers import told_falls, without_falls
 from rig.identify.fit import Identified, Settings, identify
 from rig.identify.records.data import Options, best_input, check_length, cut
 from rig.identify.records.rest import at_own_rest, far_from_all
@@ -100,9 +101,20 @@ def identify_model(
         check_length(record)
     channels = common([(record.name, record.channels) for record in records])
     records, rests = at_own_rest(records)
+    records, left_out = _without_falls(records)
     model, choices = start_model(start, records, options)
     model = replace(model, channels=None if channels.has_valves else channels)
-    return replace(identify(records, model, settings, options, report), choices=choices + [rests] * bool(rests))
+    return replace(
+        identify(records, model, settings, options, report), choices=choices + [rests] * bool(rests) + left_out
+    )
+
+
+def _without_falls(records: Sequence[Record]) -> tuple[list[Record], list[str]]:
+    """The records as a diagnosis reads an earlier day's, without what no joint did: samples that fell to a rail, and
+    pulses; and what was left out, in words."""
+    notes: list[str] = []
+    whole, dropouts = without_falls(records, notes)
+    return whole, [*told_falls(whole, dropouts), *notes]
 
 
 def start_model(start: StartOptions, records: list[Record], options: Options) -> tuple[Model, list[str]]:

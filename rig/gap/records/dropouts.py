@@ -245,11 +245,17 @@ def _falls(column: Column, at_rail: Rows, jump: float, longest: int) -> tuple[Ro
 
 def _back_at(column: Column, start: int, end: int, jump: float) -> int | None:
     """The first row after a stay at the rail that reads as before it, at most RECOVERY_ROWS after its end; None when it
-    is no fall."""
+    is no fall. At either end of the record one jump is all there is to see: what lies on its other side must last, or
+    it is that which stands out."""
     before = column[start - 1] if start > 0 else column[end]
     depth = abs(before - column[start])
     if not depth > jump:
         return None
+    beside = (end, end + 1) if start == 0 else (start - 1, start - 2)
+    if (start == 0 or end == len(column)) and min(beside) >= 0 and max(beside) < len(column):
+        here, beyond = column[list(beside)]
+        if abs(here - beyond) > jump:
+            return None
     for row in range(end, min(end + RECOVERY_ROWS + 1, len(column))):
         moved = (row - start + 1) * jump / OWN_STEPS
         if abs(column[row] - before) < min(max(RETURNS * depth, moved), MOST_MOVED * depth):

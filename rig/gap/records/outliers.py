@@ -8,12 +8,37 @@ A pulse on the sensor's line is one; samples that fall to the same rail again an
 import math
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import Final
 
 import numpy as np
 
-from rig.gap.records.dropouts import MEASURED, Rows
+from rig.counted import counted
+from rig.gap.records.dropouts import MEASURED, Dropouts, Rows, without_dropouts
 from rig.gap.records.settings import FAR_OUT, MOST_OUTLIERS, OUTLIER_ROWS, RETURNS, SPREAD_QUANTILE
 from rig.record import Column, Record
+
+_SPOKEN: Final = {
+    "angle_deg": ("the angle", "deg"), "p1_mpa": ("the monitor of p1", "MPa"), "p2_mpa": ("the monitor of p2", "MPa")
+}  # fmt: skip
+
+
+def without_falls(
+    records: Sequence[Record], notes: list[str], kind: str = ""
+) -> tuple[list[Record], list[tuple[Dropouts, ...]]]:
+    """The records of one day with fallen samples and outliers missing (NaN), and what fell in each; outliers go into
+    the notes."""
+    risen, dropouts = without_dropouts(records)
+    return without_outliers(risen, notes, kind), dropouts
+
+
+def told_falls(records: Sequence[Record], dropouts: Sequence[tuple[Dropouts, ...]]) -> list[str]:
+    """What fell in each of the records, in words."""
+    return [
+        f"{record.name}: {counted(int(one.fallen.sum()), 'sample')} of {_SPOKEN[one.column][0]} at "
+        f"{one.level:.4g} {_SPOKEN[one.column][1]}, where it falls to a rail; left out"
+        for record, mine in zip(records, dropouts, strict=True)
+        for one in mine
+    ]
 
 
 def without_outliers(records: Sequence[Record], notes: list[str], kind: str) -> list[Record]:
@@ -31,8 +56,10 @@ def _cleaned(record: Record, notes: list[str], kind: str) -> Record:
             worst = float(column[rows][np.argmax(np.abs(column[rows] - np.nanmedian(column)))])
             count = int(rows.sum())
             what = "sample stands" if count == 1 else "samples stand"
+            spoken, unit = _SPOKEN[name]
             notes.append(
-                f"{kind}{record.name}: {count} {what} far from both neighbours in {name}, up to {worst:.4g}; left out"
+                f"{kind}{record.name}: {count} {what} far from both neighbours in {spoken}, up to {worst:.4g} {unit}; "
+                "left out"
             )
     return replace(record, **changed) if changed else record  # type: ignore[arg-type]
 

@@ -12,9 +12,9 @@ import numpy as np
 from rig.errors import RecordError
 from rig.gap.records.alignment import align
 from rig.gap.records.conditions import difference
-from rig.gap.records.dropouts import Dropouts, without_dropouts
+from rig.gap.records.dropouts import Dropouts
 from rig.gap.records.grid import Pair, RunColumns, pair_on_grid
-from rig.gap.records.outliers import without_outliers
+from rig.gap.records.outliers import without_falls
 from rig.gap.records.partners import Match, Partner, find_partner, named_session, require_partners
 from rig.gap.records.rest import at_rests, rest_pressure, shifted
 from rig.gap.records.settings import CLIPPED, CLIPPED_OVER_NEXT
@@ -24,7 +24,7 @@ from rig.identify.records.causality import before_pressures, together
 from rig.identify.records.monitors import broken_monitor
 from rig.log.session_times import are_numbered, begun_s
 from rig.number_text import counted
-from rig.record import Column, Record
+from rig.record import Record
 
 __all__ = ["Pair", "Pairing", "RunColumns", "pair_up"]
 
@@ -87,7 +87,8 @@ def pair_up(
     """
     notes: list[str] = []
     heard, stuck = without_stuck_monitors(records)
-    whole, fallen = _cleaned(heard, notes)
+    whole, dropouts = without_falls(heard, notes)
+    fallen = _by_record(whole, dropouts)
     fit = _usable(whole, notes)
     if not fit:
         raise RecordError(reasons(notes))
@@ -165,13 +166,9 @@ def _check_directions(pairs: Sequence[Pair]) -> None:
         check_direction(cases, days[k], whose)
 
 
-def _cleaned(
-    records: Sequence[Record], notes: list[str], kind: str = ""
-) -> tuple[list[Record], dict[int, tuple[Dropouts, ...]]]:
-    """The records of one day without drop-outs and outliers, and what fell in each, by its identity."""
-    risen, dropouts = without_dropouts(records)
-    whole = without_outliers(risen, notes, kind)
-    return whole, {id(record): mine for record, mine in zip(whole, dropouts, strict=True)}
+def _by_record(records: Sequence[Record], dropouts: Sequence[tuple[Dropouts, ...]]) -> dict[int, tuple[Dropouts, ...]]:
+    """What fell in each record, by its identity."""
+    return {id(record): mine for record, mine in zip(records, dropouts, strict=True)}
 
 
 def _usable(records: Sequence[Record], notes: list[str], kind: str = "") -> list[Record]:
@@ -194,8 +191,8 @@ def _sessions(
     for session in baselines:
         heard, stuck = without_stuck_monitors(session)
         notes.extend(f"{named_session(len(sessions) + 1, session[0])}: {line}" for line in stuck)
-        whole, more = _cleaned(heard, notes, "baseline ")
-        fallen |= more
+        whole, dropouts = without_falls(heard, notes, "baseline ")
+        fallen |= _by_record(whole, dropouts)
         sessions.append(_usable(whole, notes, "baseline "))
     kept = _distinct(sessions, case, notes)
     if baselines and not kept:

@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 from support.plants.gap_rigs import session
 
 from rig.gap import diagnose
-from rig.gap.records.outliers import outliers
-from rig.record import Column
+from rig.gap.records.outliers import outliers, without_falls
+from rig.record import Column, Record
 
 T = 0.005 * np.arange(2000)
 MOTION = 20.0 * np.sin(2 * np.pi * 0.7 * T) + 6.0 * np.sin(2 * np.pi * 2.3 * T)
@@ -65,5 +65,16 @@ def test_one_pulse_of_a_healthy_session_is_said_and_no_cause(reads: float) -> No
     angle[700] = reads
     found = diagnose(None, [replace(records[0], angle_deg=angle), *records[1:]], [session(211)])
     assert found.verdict == "none"
-    said = f"1 sample stands far from both neighbours in angle_deg, up to {reads:.4g}; left out"
+    said = f"1 sample stands far from both neighbours in the angle, up to {reads:.4g} deg; left out"
     assert f"{records[0].name}: {said}" in found.notes
+
+
+@pytest.mark.parametrize("row", [6, 1993], ids=["at the start", "at the end"])
+def test_a_pulse_beside_rest_at_zero_leaves_the_rest_no_fall(row: int) -> None:
+    sweep = np.where((T > 1.0) & (T < 9.0), 20.0 * np.sin(2 * np.pi * 0.5 * (T - 1.0)), 0.0)
+    sweep[row] = -36.9
+    notes: list[str] = []
+    (whole,), (fallen,) = without_falls([Record("rest", T, 0.005 * sweep, angle_deg=sweep)], notes)
+    assert fallen == ()
+    assert np.flatnonzero(np.isnan(whole.angle_deg)).tolist() == [row]
+    assert notes == ["rest: 1 sample stands far from both neighbours in the angle, up to -36.9 deg; left out"]
