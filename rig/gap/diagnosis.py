@@ -13,6 +13,7 @@ from rig.gap.reference.build import AUTO, Kind, because, choose
 from rig.gap.settings import Fitted, fitted
 from rig.identify.provenance import identified_on
 from rig.model.parameters import Model
+from rig.own_units import telling
 from rig.record import Record
 
 
@@ -76,7 +77,8 @@ def diagnose_with_grounds(
         settings=settings or fitted(),
         envelope=envelope,
     )
-    said, grounds = answer_with(question, experiments)
+    with telling(channels):
+        said, grounds = answer_with(question, experiments)
     why, own = because(reference, kind, model, len(baselines)), _own_records(kind, model, records)
     only = tuple(library) if withheld else ()
     if withheld:

@@ -17,7 +17,7 @@ from rig.gap.answer.result import Diagnosis
 from rig.gap.answer.words.stages import chain_rows
 from rig.gap.pipeline import Grounds
 from rig.gap.reference.build import commanded_gaps
-from rig.own_units import own_text
+from rig.own_units import own_places
 from rig.record import Column
 from rig.report.figure_texts import as_written
 
@@ -247,7 +247,7 @@ def _regions(diagnosis: Diagnosis) -> "Figure":
         )
         axes.set_xticks(
             rows,
-            [f"{_short(own_text(line.name, own), own.output.unit)}\n{100 * line.share:.0f} %" for line in lines],
+            [f"{_short(own_places(line.name, own), own.output.unit)}\n{100 * line.share:.0f} %" for line in lines],
             fontsize=7,
         )
         _zero(axes)

@@ -29,7 +29,8 @@ def dropouts(pairs: Sequence[Pair], column: str) -> Signature:
     run = sum(int(one.fallen.sum()) for one in mine) / bursts
     level = float(np.median([one.level for one in mine]))
     unit = "deg" if angle else "MPa"
-    fall = f"{100 * share:.2g} % of the samples fall to {level:.4g} {unit}, {run:.2g} in a row in the mean"
+    rail = f"a rail that reads {level:.4g} {unit}"
+    fall = f"{100 * share:.2g} % of the samples fall to {rail}, {run:.2g} in a row in the mean"
     text = f"{fall}{on_days(f'{100 * base:.2g} %', usual_rows > 0)}"
     sizes = {
         "probability": Size(share, *wilson(fallen, rows, run)),

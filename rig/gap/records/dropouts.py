@@ -76,7 +76,7 @@ def _in_columns(records: Sequence[Record], name: str) -> list[list[Dropouts]]:
     measured = [column for column in columns if column is not None and np.isfinite(column).any()]
     passed = passed_in_a_row(measured) if name == "angle_deg" else 1.0
     seen = {id(read): _seen(read, passed) for read in measured}
-    rails = _rails(list(seen.values()))
+    rails = _rails(list(seen.values()), _nothing_read(records, name))
     found = [
         [
             replace(one, level=one.level - zero)
@@ -150,10 +150,16 @@ def _seen(read: Column, passed: float) -> _Seen:
     return _Seen(read, before, _tolerance(before))
 
 
-def _rails(seen: Sequence[_Seen]) -> tuple[float, ...]:
+def _nothing_read(records: Sequence[Record], name: str) -> float:
+    """What a column holds where its sensor gives nothing: 0 in the sensor's own unit, which need not be the middle of
+    its range."""
+    return float(records[0].channels.working_output(0.0)) if records and name == "angle_deg" else 0.0
+
+
+def _rails(seen: Sequence[_Seen], nothing: float) -> tuple[float, ...]:
     if not seen:
         return ()
-    rails, near = [0.0], max(one.near for one in seen)
+    rails, near = [nothing], max(one.near for one in seen)
     for end in (min(np.nanmin(one.before) for one in seen), max(np.nanmax(one.before) for one in seen)):
         if all(abs(end - rail) > near for rail in rails):
             rails.append(float(end))

@@ -34,8 +34,8 @@ def without_falls(
 def told_falls(records: Sequence[Record], dropouts: Sequence[tuple[Dropouts, ...]]) -> list[str]:
     """What fell in each of the records, in words."""
     return [
-        f"{record.name}: {counted(int(one.fallen.sum()), 'sample')} of {_SPOKEN[one.column][0]} at "
-        f"{one.level:.4g} {_SPOKEN[one.column][1]}, where it falls to a rail; left out"
+        f"{record.name}: {counted(int(one.fallen.sum()), 'sample')} of {_SPOKEN[one.column][0]} fell to a rail, which "
+        f"reads {one.level:.4g} {_SPOKEN[one.column][1]}; left out"
         for record, mine in zip(records, dropouts, strict=True)
         for one in mine
     ]
@@ -58,8 +58,8 @@ def _cleaned(record: Record, notes: list[str], kind: str) -> Record:
             what = "sample stands" if count == 1 else "samples stand"
             spoken, unit = _SPOKEN[name]
             notes.append(
-                f"{kind}{record.name}: {count} {what} far from both neighbours in {spoken}, up to {worst:.4g} {unit}; "
-                "left out"
+                f"{kind}{record.name}: {count} {what} far from both neighbours in {spoken}, the farthest reads "
+                f"{worst:.4g} {unit}; left out"
             )
     return replace(record, **changed) if changed else record  # type: ignore[arg-type]
 

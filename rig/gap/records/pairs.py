@@ -314,8 +314,8 @@ def _clipped(pairs: Sequence[Pair]) -> Iterator[str]:
                 before = min((day[word].share if word in day else 0.0 for day in days), default=0.0)
                 if stay.share > max(CLIPPED + before, CLIPPED_OVER_NEXT * stay.beside):
                     yield (
-                        f"{pair.name}: {what} stays at its {word} end {stay.end:.4g} {unit} for {100 * stay.share:.0f} "
-                        "% of the time: clipped?"
+                        f"{pair.name}: {what} stays at its {word} end, where it reads {stay.end:.4g} {unit}, for "
+                        f"{100 * stay.share:.0f} % of the time: clipped?"
                     )
 
 

@@ -17,6 +17,7 @@ from rig.gap.diagnosis import diagnose_with_grounds
 from rig.gap.history.trends import day_of
 from rig.gap.hypotheses.library import LIBRARY
 from rig.gap.possible_effects import VALVES, possible
+from rig.gap.records.dropouts import without_dropouts
 from rig.identify.fit import Identified
 from rig.identify.records.data import Options
 from rig.identify.validate import validate
@@ -114,3 +115,64 @@ def test_a_day_of_a_history_keeps_what_was_said_of_its_records(told: tuple[Diagn
     tagged = replace(told[0], evidence=replace(told[0].evidence, said=said))
     assert day_of("2026-01-01", 0.0, tagged).said == said
     assert day_of("2026-01-01", 0.0, told[0]).said == {}
+
+
+SLIDE = Channels(Channel("command", "V", (0.0, 10.0)), Channel("position", "mm", (0.0, 300.0)))
+"""Neither range has its zero in the middle."""
+
+
+def slide(seed: int, stop_mm: float = 300.0, fallen: bool = False) -> list[Record]:
+    """A slide that follows its command between 60 and 240 mm, in three sweeps; `fallen`: now and then it reads 0 mm."""
+    records = []
+    for k, hertz in enumerate((0.25, 0.5, 1.0)):
+        t = PERIOD_S * np.arange(round(12.0 / PERIOD_S))
+        wanted = 3.0 * np.sin(2 * np.pi * hertz * t)
+        random = np.random.default_rng(seed + k)
+        at = np.minimum(150.0 + 30.0 * np.interp(t - 0.03, t, wanted), stop_mm) + random.normal(0.0, 0.2, len(t))
+        at = np.where(random.random(len(t)) < 0.01, 0.0, at) if fallen else at
+        facts = {FACT: SLIDE.plain(), "session": f"day_{seed}"}
+        records.append(
+            Record(f"sine_{hertz}hz", t, SLIDE.working_input(5.0 + wanted), SLIDE.working_output(at), facts=facts)
+        )
+    return records
+
+
+@pytest.mark.parametrize(
+    ("change", "effect", "number", "place_mm", "said"),
+    [
+        ({"stop_mm": 200.0}, "end_stop", "high_mm", 200.0, "meets a stop where it reads 20"),
+        ({"fallen": True}, "sensor_dropout", "rail_mm", 0.0, ""),
+    ],
+)
+def test_a_place_is_told_where_the_rig_has_it(
+    change: dict[str, float], effect: str, number: str, place_mm: float, said: str
+) -> None:
+    found, _ = diagnose_with_grounds(None, slide(40, **change), [slide(10), slide(20), slide(30)])
+    first = found.to_json()["causes"][0]
+    assert first["effect"] == effect
+    assert first["parameters"][number]["value"] == pytest.approx(place_mm, abs=3.0)
+    assert said in own_text(answers(found)["Answer:"], SLIDE)
+
+
+def test_drop_outs_are_looked_for_where_the_rig_reads_nothing() -> None:
+    """0 in its own unit: amid the range, where a slide moves to both sides of it."""
+    either = Channels(SLIDE.input, Channel("position", "mm", (-100.0, 300.0)))
+    facts = {FACT: either.plain()}
+    moved = [
+        replace(one, angle_deg=either.working_output(SLIDE.own_output(one.angle_deg) - 150.0), facts=facts)
+        for one in slide(1)
+    ]
+    fallen = [
+        replace(one, angle_deg=np.where(np.arange(len(one)) % 97 == 40, either.working_output(0.0), one.angle_deg))
+        for one in moved
+    ]
+    _, found = without_dropouts(fallen)
+    rails = [one.rail for mine in found for one in mine]
+    assert rails == [pytest.approx(either.working_output(0.0))] * len(fallen)
+    assert without_dropouts(moved)[1] == [(), (), ()]
+
+
+def test_what_is_refused_is_refused_in_the_rigs_own_words() -> None:
+    still = [replace(one, dp_cmd_mpa=SLIDE.working_input(np.full(len(one), 3.0))) for one in slide(1)]
+    with pytest.raises(RecordError, match=r"the command moves by 0 V; at least 0\.\d+ V are needed"):
+        diagnose_with_grounds(None, still, [slide(2)])

@@ -31,6 +31,38 @@ def test_sentences(told: str, own: str) -> None:
     assert own_text(told, MOTOR) == own
 
 
+SLIDE = Channels(Channel("command", "V", (0.0, 10.0)), Channel("position", "mm", (0.0, 300.0)))
+"""0 deg is 150 mm, 1 deg is 7.5 mm, 0 MPa is 5 V."""
+
+
+@pytest.mark.parametrize(
+    ("told", "own"),
+    [
+        ("a stop where it reads -10 deg; 2.0 deg off", "a stop where it reads 75 mm; 15 mm off"),
+        ("where it reads 12.5 deg (12.0 to 13.0)", "where it reads 243.8 mm (240.0 to 247.5)"),
+        ("a rail that reads 0 deg", "a rail that reads 150 mm"),
+        ("the farthest reads -36.9 deg", "the farthest reads -127 mm"),
+        ("the valve reads 0.10 MPa, 0.10 MPa less", "the valve reads 7.5 V, 2.5 V less"),
+    ],
+)
+def test_what_a_channel_reads_counts_from_its_own_zero(told: str, own: str) -> None:
+    assert own_text(told, SLIDE) == own
+    assert own_text(told, PNEUMATIC) == told
+
+
+def test_places_on_the_scale_count_from_its_own_zero() -> None:
+    stop = {"value": -10.0, "low": -12.0, "high": -8.0, "unit": "deg"}
+    plain = {"parameters": {"low_deg": stop, "width_deg": stop}, "region": [{"angle": "-20.0 to -10.0 deg"}]}
+    assert own_plain(plain, SLIDE) == {
+        "parameters": {
+            "low_mm": {"value": 75.0, "low": 60.0, "high": 90.0, "unit": "mm"},
+            "width_mm": {"value": -75.0, "low": -90.0, "high": -60.0, "unit": "mm"},
+        },
+        "region": [{"angle": "0 to 75.0 mm"}],
+    }
+    assert own_plain(plain, PNEUMATIC) == plain
+
+
 def test_an_excitation_is_called_by_its_amplitude_in_mm() -> None:
     assert own_label("sine_0.5hz_0.20mpa_r2", MOTOR) == "sine_0.5hz_50mm_r2"
     assert own_label("chirp_0.1-4hz_20s_0.08mpa", MOTOR) == "chirp_0.1-4hz_20s_20mm"

@@ -10,7 +10,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 from rig.gap.answer.result import Interval
-from rig.gap.answer.words.sizes import share, size, sizes
+from rig.gap.answer.words.sizes import share, size
 from rig.gap.raw_tests.converter_codes import CUT_OFF, ConverterCode
 from rig.model.effect_stages import WHOLE_SESSION
 
@@ -182,7 +182,8 @@ def _stiffness(numbers: Numbers) -> str:
 
 def _end_stop(numbers: Numbers) -> str:
     names = [name for name in ("low_deg", "high_deg") if name in numbers and abs(value(numbers, name)) < 180.0]
-    return f"The angle meets a stop at {sizes([numbers[name] for name in names], signed=True)}"
+    places = " and ".join(f"where it reads {size(numbers[name], signed=True)}" for name in names)
+    return f"The angle meets a stop {places}"
 
 
 def _bent(numbers: Numbers) -> str:

@@ -43,7 +43,7 @@ def test_pulses_and_falls_of_the_sensor_are_no_part_of_the_model() -> None:
 
     told, rmse_deg, kept = identified(fallen, pulsed)
     _, usual_deg, as_they_were = identified(quiet, quiet)
-    assert "sine_0: 10 samples of the angle at -40 deg, where it falls to a rail; left out" in told
-    assert "sine_1: 1 sample stands far from both neighbours in the angle, up to 90 deg; left out" in told
+    assert "sine_0: 10 samples of the angle fell to a rail, which reads -40 deg; left out" in told
+    assert "sine_1: 1 sample stands far from both neighbours in the angle, the farthest reads 90 deg; left out" in told
     assert rmse_deg == pytest.approx(usual_deg, rel=0.05)
     assert max(np.abs(one - other).max() for one, other in zip(kept, as_they_were, strict=True)) < 0.2

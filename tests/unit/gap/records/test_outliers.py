@@ -65,7 +65,7 @@ def test_one_pulse_of_a_healthy_session_is_said_and_no_cause(reads: float) -> No
     angle[700] = reads
     found = diagnose(None, [replace(records[0], angle_deg=angle), *records[1:]], [session(211)])
     assert found.verdict == "none"
-    said = f"1 sample stands far from both neighbours in the angle, up to {reads:.4g} deg; left out"
+    said = f"1 sample stands far from both neighbours in the angle, the farthest reads {reads:.4g} deg; left out"
     assert f"{records[0].name}: {said}" in found.notes
 
 
@@ -77,4 +77,6 @@ def test_a_pulse_beside_rest_at_zero_leaves_the_rest_no_fall(row: int) -> None:
     (whole,), (fallen,) = without_falls([Record("rest", T, 0.005 * sweep, angle_deg=sweep)], notes)
     assert fallen == ()
     assert np.flatnonzero(np.isnan(whole.angle_deg)).tolist() == [row]
-    assert notes == ["rest: 1 sample stands far from both neighbours in the angle, up to -36.9 deg; left out"]
+    assert notes == [
+        "rest: 1 sample stands far from both neighbours in the angle, the farthest reads -36.9 deg; left out"
+    ]
