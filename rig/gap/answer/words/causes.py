@@ -5,7 +5,7 @@ from collections.abc import Sequence
 
 from rig.gap.answer.facts import RAW, Verdict
 from rig.gap.answer.result import Cause, Diagnosis
-from rig.gap.answer.words.compared import from_model, no_effect, than
+from rig.gap.answer.words.compared import before, from_model, no_effect, than
 from rig.gap.answer.words.effects import EffectWords, noun_of
 from rig.gap.answer.words.effects_without_valves import words_of
 from rig.gap.answer.words.sizes import size
@@ -85,7 +85,7 @@ def _with_size(cause: Cause, diagnosis: Diagnosis) -> str:
         return sentence.replace("{than}", than(diagnosis))
     if from_model(diagnosis):
         return f"{sentence}; the simulator does not have that"
-    return f"{sentence}; that was not so {than(diagnosis).removeprefix('than ')}"
+    return f"{sentence}; {before(diagnosis, cause)}"
 
 
 def _by_its_numbers(cause: Cause) -> str:

@@ -1,6 +1,7 @@
 """What an answer is compared with, in sentences. No number is computed here."""
 
-from rig.gap.answer.result import Diagnosis
+from rig.gap.answer.facts import SIGNATURE
+from rig.gap.answer.result import Cause, Diagnosis
 from rig.gap.answer.words.sizes import degrees
 from rig.gap.reference.kinds import Kind
 
@@ -12,6 +13,8 @@ SOURCES = {
     "simulator": "what a simulator usually misses of the rig that it was identified on",
     "sister": "what a simulator usually misses of another rig of the build",
 }
+_AS_NOISE = ("quantisation", "sensor_noise")
+"""Effects that a fingerprint's noise says were not there."""
 FEW = 4
 """Effects that are named in a sentence; of more their number is enough."""
 
@@ -30,6 +33,14 @@ def than(diagnosis: Diagnosis) -> str:
     if diagnosis.reference is Kind.FINGERPRINT:
         return "than when the model was identified"
     return "than on the earlier days" if diagnosis.reference is Kind.SESSIONS else "than on the earlier day"
+
+
+def before(diagnosis: Diagnosis, cause: Cause) -> str:
+    """That it was not so before; of what the samples show beside a fingerprint, which keeps their noise and nothing
+    else of them, that nobody knows."""
+    if diagnosis.reference is Kind.FINGERPRINT and cause.judged_on == SIGNATURE and cause.effect not in _AS_NOISE:
+        return "whether that was so when the model was identified, its file does not say"
+    return f"that was not so {than(diagnosis).removeprefix('than ')}"
 
 
 def error(diagnosis: Diagnosis) -> str:

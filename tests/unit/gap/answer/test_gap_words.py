@@ -12,6 +12,7 @@ from rig.excite.experiment import Entry, Timing
 from rig.excite.signals import Sine
 from rig.gap.answer.facts import (
     RAW_DATA,
+    SIGNATURE,
     Link,
     ParameterMove,
     Retuning,
@@ -50,6 +51,23 @@ def test_the_first_lines_are_understood_at_once() -> None:
         "With that in it the simulator's error falls from 0.75 to 0.08 deg on records that the fit has not seen; "
         "under other sweeps 0.07 to 0.09 deg are likely (90 %).",
     ]
+
+
+@pytest.mark.parametrize(
+    ("effect", "numbers", "reference", "said"),
+    [
+        ("lost_samples", {"probability": (0.043, 0.03, 0.05, "1")}, "fingerprint", "its file does not say"),
+        ("quantisation", {"step_deg": (0.2, 0.2, 0.2, "deg")}, "fingerprint", "that was not so when the model was"),
+        ("lost_samples", {"probability": (0.043, 0.03, 0.05, "1")}, "session", "that was not so on the earlier day"),
+    ],
+)
+def test_what_nobody_compared_is_not_called_a_change(
+    effect: str, numbers: dict[str, tuple[float, float, float, str]], reference: str, said: str
+) -> None:
+    """A fingerprint keeps its records without their single samples: of those it knows the noise."""
+    made = told(cause(effect, SIGNATURE, **numbers), reference=reference)
+    (first, *_) = headline(replace(made, evidence=replace(made.evidence, sessions=1)))
+    assert said in first
 
 
 def test_where_begins_with_what_holds_most_of_the_gap_named_or_not() -> None:
