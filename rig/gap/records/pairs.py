@@ -309,8 +309,8 @@ def _clipped(pairs: Sequence[Pair]) -> Iterator[str]:
     a joint that rests at an end of its sweep rested there then as well."""
     for pair in pairs:
         for name, what, unit in _SENSORS:
-            days = [_stays(day, name) for day in pair.raw_baselines]
             for word, stay in _stays(pair.raw, name).items():
+                days = [_stays(day, name, stay.step) for day in pair.raw_baselines]
                 before = min((day[word].share if word in day else 0.0 for day in days), default=0.0)
                 if stay.share > max(CLIPPED + before, CLIPPED_OVER_NEXT * stay.beside):
                     yield (
@@ -325,16 +325,18 @@ _SENSORS: Final = (
 
 
 class _Stay(NamedTuple):
-    """The end of a column, and for which share of the time it stays there, and at the value beside it."""
+    """The end of a column, how far the value beside it is, and for which share of the time it stays at either."""
 
     end: float
+    step: float
     share: float
     beside: float
 
 
-def _stays(record: Record, name: str) -> dict[str, _Stay]:
-    """For how long a column of the record is at its upper and its lower end while it should move; empty where it has
-    none, or one value. A sine on a coarse converter's steps is at its end 2.4 times as long as beside it."""
+def _stays(record: Record, name: str, within: float = 0.0) -> dict[str, _Stay]:
+    """For how long a column of the record is at its upper and its lower end, or `within` so much of it, while it should
+    move; empty where it has none, or one value. A sine on a coarse converter's steps is at its end 2.4 times as long as
+    beside it."""
     column = getattr(record, name)
     if column is None:
         return {}
@@ -345,6 +347,9 @@ def _stays(record: Record, name: str) -> dict[str, _Stay]:
         return {}
     ends = {"upper": (values[-1], values[-2]), "lower": (values[0], values[1])}
     return {
-        word: _Stay(float(end), *(float(np.mean(moves & (column == value))) for value in (end, beside)))
+        word: _Stay(
+            float(end), abs(float(end - beside)),
+            *(float(np.mean(moves & (np.abs(column - value) <= within))) for value in (end, beside)),
+        )
         for word, (end, beside) in ends.items()
-    }
+    }  # fmt: skip

@@ -197,16 +197,20 @@ def test_a_sensor_is_clipped_that_stays_at_its_end_where_it_should_move(
 
 
 @pytest.mark.parametrize(
-    ("upper_deg", "clipped"),
-    [(7.0, False), (6.8, False), (2.0, True), (20.0, False)],
-    ids=["as on the earlier day", "hardly less", "far deeper", "not at all"],
+    ("upper_deg", "smoothed_deg", "clipped"),
+    [(7.0, 0.0, False), (6.8, 0.0, False), (7.0, 0.04, False), (2.0, 0.0, True), (2.0, 0.04, True), (20.0, 0.0, False)],
+    ids=["as then", "hardly less", "as then, smoothed", "far deeper", "far deeper than one smoothed", "not at all"],
 )
-def test_what_stayed_at_its_end_on_the_earlier_days_is_not_clipped_now(upper_deg: float, clipped: bool) -> None:
+def test_what_stayed_at_its_end_on_the_earlier_days_is_not_clipped_now(
+    upper_deg: float, smoothed_deg: float, clipped: bool
+) -> None:
+    """A day that a fingerprint keeps is smooth: it repeats no value, and stays within a step of its end."""
     course = 0.1 * np.sin(2 * np.pi * 0.5 * T)
     then, now = (
-        replace(record(), dp_cmd_mpa=course, angle_deg=np.minimum(gain * course, upper))
+        replace(record(), dp_cmd_mpa=course, angle_deg=0.1 * np.round(np.minimum(gain * course, upper) / 0.1))
         for gain, upper in ((100.0, 7.0), (100.5, upper_deg))
     )
+    then = replace(then, angle_deg=then.angle_deg + smoothed_deg * np.sin(7.0 * T))
     assert bool(pair_up([now], [[then]], 0.2).clipped) is clipped
 
 
