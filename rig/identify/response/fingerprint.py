@@ -28,7 +28,7 @@ from rig.model.compiled.columns import drive
 from rig.model.compiled.response import RESPONSE_TERMS, regulated
 from rig.model.fingerprint import Fingerprint, PressureSource
 from rig.model.parameters import Input, Model
-from rig.model.resample import set_points
+from rig.model.resample import as_commanded, set_points
 from rig.model.response.fingerprint_check import fingerprint_checksum
 from rig.model.response.kept_day import packed
 from rig.model.response.model import REGULATOR_TERMS, Regulator, regulators_of
@@ -72,7 +72,7 @@ def make_fingerprint(data: Sequence[Prepared], model: Model) -> Fingerprint | No
     made = _response_part(records, given, model)
     made = _misfit_part(made, records)
     made = _seen_part(made, records, data)
-    made = replace(made, day=packed([each.grid for each in data]))
+    made = replace(made, day=packed([as_commanded(each.grid, each.record) for each in data]))
     return replace(made, checksum=fingerprint_checksum(made, model))
 
 
