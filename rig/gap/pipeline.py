@@ -283,16 +283,20 @@ def _bridge(pair: Pair) -> Repair:
 
 def _anew(question: Question, pairing: Pairing, of_case: Sequence[Repair], of_days: Sequence[Repair]) -> Pairing:
     """Paired anew with each pair's record mended, and its earlier days; what was found out while the records were
-    paired first stands."""
+    paired first stands. As they are, where one that could be used no longer can: straight lines over nearly all rows of
+    a sensor that hardly ever changes are no course of it."""
     pairs = pairing.pairs
     records = [repair(pair.raw) for pair, repair in zip(pairs, of_case, strict=True)]
     days = [
         [repair(pair.raw_baselines[k]) for pair, repair in zip(pairs, of_days, strict=True)]
         for k in range(len(pairs[0].raw_baselines))
     ]
-    anew = _paired(question, records, days)
+    try:
+        anew = _paired(question, records, days)
+    except RecordError:
+        return pairing
     if [pair.name for pair in anew.pairs] != [pair.name for pair in pairs] or anew.day_count != pairing.day_count:
-        return anew.noting(*pairing.notes)
+        return pairing
     kept = [
         replace(pair, dropouts=was.dropouts, baseline_dropouts=was.baseline_dropouts, numbers=was.numbers)
         for pair, was in zip(anew.pairs, pairs, strict=True)

@@ -3,10 +3,13 @@
 from dataclasses import replace
 
 import numpy as np
+import pytest
 from support.plants.gap_rigs import baselines, model, session
 
 from rig.gap.diagnosis import diagnose_with_grounds
-from rig.gap.pipeline import Grounds
+from rig.gap.pipeline import Grounds, Question, _anew
+from rig.gap.records.pairs import pair_up
+from rig.gap.reference.kinds import Kind
 from rig.record import Record
 
 
@@ -32,3 +35,18 @@ def test_what_was_left_out_is_still_said_when_samples_were_lost() -> None:
     assert pairing.unpaired == ["alien"]
     assert any(note.startswith("alien: no baseline of this sweep") for note in found.notes)
     assert {match.record for match in pairing.matches} == {*(record.name for record in records), "alien"}
+
+
+@pytest.mark.parametrize("spoilt", [1, None], ids=["one", "all"])
+def test_a_repair_that_leaves_records_unusable_is_none(spoilt: int | None) -> None:
+    records, days = session(71), [list(day) for day in baselines()]
+    pairing = pair_up(records, days, 0.2)
+
+    def straight(record: Record) -> Record:
+        return replace(record, angle_deg=np.zeros(len(record)))
+
+    of_case = [straight if spoilt in (k, None) else replace for k in range(len(pairing.pairs))]
+    question = Question(model(), records, days, Kind.SESSIONS, False, True, None)
+    anew = _anew(question, pairing, of_case, [replace] * len(pairing.pairs))
+    assert [pair.name for pair in anew.pairs] == [pair.name for pair in pairing.pairs]
+    assert all(pair.case.angle_deg.any() for pair in anew.pairs)
