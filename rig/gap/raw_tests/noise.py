@@ -15,12 +15,14 @@ from rig.gap.raw_tests.settings import (
     DAYS_NOISE,
     LEAST_LOUDER,
     MOST_HEAVY,
+    NEARLY_ALL_EVEN,
     ROWS_NOISE,
     SLOPE_ROWS,
     SLOPE_S,
     SMOOTHED,
     SWITCHED,
     TESTS,
+    UNEVEN,
 )
 from rig.gap.raw_tests.signature import Signature, on_days
 from rig.gap.raw_tests.spectral_lines import Spectrum, overtones, sidebands_deg2, without_lines
@@ -59,7 +61,7 @@ def noise(
     """The test for sensor noise. `held`: lost samples read like the ones before them; `lines`: those that were found in
     the cases' `spectra`."""
     uneven = any(_elsewhere(case, day) for session in sessions for case, day in zip(cases, session, strict=True))
-    even = all(is_regular(case, case.period_s) for case in cases)
+    even = all(_nearly_even(case) for case in cases)
     described = known if even and not sessions else None
     measure = white_level_deg if held or uneven else level_of
     if described:
@@ -161,9 +163,26 @@ def noise_beside_the_motion(records: Sequence[Record], angles: Sequence[Column],
     """White noise (deg) of the angles of records as a fingerprint measures it, without what of the motion third
     differences let through."""
     rows = [min(SLOPE_ROWS, SLOPE_S / record.period_s) for record in records]
-    motions = [smoothed(filled_in(angle), over, mirrored=True) for angle, over in zip(angles, rows, strict=True)]
+    motions = [
+        _where_it_was_read(record, smoothed(filled_in(angle), over, mirrored=True), over)
+        for record, angle, over in zip(records, angles, rows, strict=True)
+    ]
     level = white_noise(angles, without_repeats=without_repeats)
     return float(np.sqrt(max(level**2 - white_noise(motions) ** 2, 0.0)))
+
+
+def _nearly_even(record: Record) -> bool:
+    """Nearly all rows are a period apart, as far as UNEVEN allows, whatever the clocks add up to."""
+    off = np.abs(np.diff(record.t_s) / record.period_s - 1.0)
+    return bool(np.quantile(off, NEARLY_ALL_EVEN) <= UNEVEN)
+
+
+def _where_it_was_read(record: Record, motion: Column, rows: float) -> Column:
+    """The motion (deg, (n,)) with what rows off their places read of it: its speed times how far each is off."""
+    if is_regular(record, record.period_s):
+        return motion
+    off_s = record.t_s - smoothed(record.t_s, rows, mirrored=True)
+    return motion + np.gradient(motion, record.t_s) * off_s
 
 
 def _as_sampled(measure: Measure, cases: Sequence[Record], session: Sequence[Record]) -> float:

@@ -86,6 +86,12 @@ MOST_LOST = 0.9
 """Largest share that the effect's stage takes."""
 
 # noise
+UNEVEN = 0.2
+"""Share of a period by which rows may be off and still be as far apart as a fingerprint's noise was measured on: what
+they show of the motion then is taken off. More: rows are missing, and what a straight line says of the motion is not
+enough."""
+NEARLY_ALL_EVEN = 0.95
+"""Of the rows, so many: a level of noise is a median, to which few rows are nothing."""
 NOISE_WINDOW_ROWS = 7
 """Running mean whose rest shows noise that a filter has coloured."""
 ROWS_NOISE = 1.5

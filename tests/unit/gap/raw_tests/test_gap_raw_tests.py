@@ -20,13 +20,14 @@ from rig.gap.raw_tests.all_tests import read_signatures
 from rig.gap.raw_tests.noise import KnownNoise
 from rig.gap.raw_tests.noise_levels import level_deg
 from rig.gap.raw_tests.quantisation import quantisation_step
-from rig.gap.raw_tests.settings import COARSER, HIGHEST_CONFIDENCE, TESTS
+from rig.gap.raw_tests.settings import COARSER, HIGHEST_CONFIDENCE, SLOPE_ROWS, TESTS
 from rig.gap.raw_tests.signature import Signature
 from rig.gap.raw_tests.spectral_lines import fast_spectra, mains_line
 from rig.gap.raw_tests.statistics import by_chance, student_above, wilson
 from rig.gap.records.dropouts import without_dropouts
 from rig.gap.records.pairs import pair_up
 from rig.record import Column, Record
+from rig.smoothing import smoothed
 
 T = np.arange(0.0, 20.0, 0.005)
 STEP_DEG = 345.0 / 4096
@@ -275,6 +276,30 @@ def without_every_third(angle: Column, random: np.random.Generator) -> Column:
 def test_noise_beyond_what_a_fingerprint_knows_is_found_and_measured(std_deg: float) -> None:
     found = found_by_a_fingerprint(day(5, louder(std_deg)))
     assert list(found) == ["noise"]
+    assert found["noise"].numbers["std_deg"] == pytest.approx(std_deg, rel=0.1)
+
+
+def unevenly(records: list[Record]) -> list[Record]:
+    """The records as a logger reads them that is late by 0.15 of a period in every fifth row, and never catches up."""
+    read = []
+    for record in records:
+        assert record.angle_deg is not None
+        late = np.random.default_rng(len(record.name)).random(len(record)) < 0.2
+        t_s = record.t_s[0] + np.cumsum(record.period_s * (1.0 + 0.15 * late))
+        rows = t_s <= record.t_s[-1]
+        motion = smoothed(record.angle_deg, SLOPE_ROWS, mirrored=True)
+        angle = np.interp(t_s, record.t_s, motion) + (record.angle_deg - motion)
+        command = np.interp(t_s, record.t_s, record.dp_cmd_mpa)
+        there = Record(record.name, t_s, command, angle_deg=angle, facts=record.facts)
+        read.append(there.rows(rows))
+    return read
+
+
+@pytest.mark.parametrize("std_deg", [0.15, 0.3])
+def test_noise_is_found_on_rows_that_are_not_quite_even(std_deg: float) -> None:
+    """A clock that jitters is most loggers': beside a fingerprint no noise of theirs was ever too loud."""
+    assert "noise" not in found_by_a_fingerprint(unevenly(day(5)))
+    found = found_by_a_fingerprint(unevenly(day(5, louder(std_deg))))
     assert found["noise"].numbers["std_deg"] == pytest.approx(std_deg, rel=0.1)
 
 
