@@ -12,9 +12,9 @@ from typing import Final
 
 import numpy as np
 
-from rig.counted import counted
 from rig.gap.records.dropouts import MEASURED, Dropouts, Rows, without_dropouts
 from rig.gap.records.settings import FAR_OUT, MOST_OUTLIERS, OUTLIER_ROWS, RETURNS, SPREAD_QUANTILE
+from rig.number_text import counted
 from rig.record import Column, Record
 
 _SPOKEN: Final = {

@@ -9,7 +9,7 @@ from support.plants.gap_rigs import SWEEPS, model, session
 from rig.app.model.identifying import SearchOptions, StartOptions, identify_model
 from rig.gap import diagnose
 from rig.gap.answer.result import Diagnosis
-from rig.gap.records.kept import pair_with_kept
+from rig.gap.records.fingerprint_records import pair_with_kept
 from rig.identify.records.data import Options
 from rig.identify.response.fingerprint import fingerprint_of
 from rig.identify.search.stability import SweepRange
