@@ -141,7 +141,7 @@ def weigh(question: Question) -> tuple[list[Signature], Expected, tuple[Posterio
     over = [_bridge(pair) if lost else _same for pair in pairing.pairs]
     middle = _same if code is ConverterCode.NEAREST else partial(centred, step_deg=step_deg, code=code)
     if lost or code is not ConverterCode.NEAREST:
-        pairing = _anew(question, pairing, [_both(middle, bridge) for bridge in over], over)
+        pairing = paired_anew(question, pairing, [_both(middle, bridge) for bridge in over], over)
     expected = expect(question.kind, question.sister, question.model, pairing)
     shown = [signature for signature in signatures if signature.found]
     expected = replace(
@@ -281,7 +281,7 @@ def _bridge(pair: Pair) -> Repair:
     return partial(without_lost, lost=lost_rows(pair.raw))
 
 
-def _anew(question: Question, pairing: Pairing, of_case: Sequence[Repair], of_days: Sequence[Repair]) -> Pairing:
+def paired_anew(question: Question, pairing: Pairing, of_case: Sequence[Repair], of_days: Sequence[Repair]) -> Pairing:
     """Paired anew with each pair's record mended, and its earlier days; what was found out while the records were
     paired first stands. As they are, where one that could be used no longer can: straight lines over nearly all rows of
     a sensor that hardly ever changes are no course of it."""

@@ -7,7 +7,7 @@ import pytest
 from support.plants.gap_rigs import baselines, model, session
 
 from rig.gap.diagnosis import diagnose_with_grounds
-from rig.gap.pipeline import Grounds, Question, _anew
+from rig.gap.pipeline import Grounds, Question, paired_anew
 from rig.gap.records.pairs import pair_up
 from rig.gap.reference.kinds import Kind
 from rig.record import Record
@@ -47,6 +47,6 @@ def test_a_repair_that_leaves_records_unusable_is_none(spoilt: int | None) -> No
 
     of_case = [straight if spoilt in (k, None) else replace for k in range(len(pairing.pairs))]
     question = Question(model(), records, days, Kind.SESSIONS, False, True, None)
-    anew = _anew(question, pairing, of_case, [replace] * len(pairing.pairs))
+    anew = paired_anew(question, pairing, of_case, [replace] * len(pairing.pairs))
     assert [pair.name for pair in anew.pairs] == [pair.name for pair in pairing.pairs]
     assert all(pair.case.angle_deg.any() for pair in anew.pairs)
