@@ -17,9 +17,10 @@ from rig.gap.records.settings import FAR_OUT, MOST_OUTLIERS, OUTLIER_ROWS, RETUR
 from rig.number_text import counted
 from rig.record import Column, Record
 
-_SPOKEN: Final = {
+SPOKEN: Final = {
     "angle_deg": ("the angle", "deg"), "p1_mpa": ("the monitor of p1", "MPa"), "p2_mpa": ("the monitor of p2", "MPa")
 }  # fmt: skip
+"""Each measured column in words, and its unit."""
 
 
 def without_falls(
@@ -34,8 +35,8 @@ def without_falls(
 def told_falls(records: Sequence[Record], dropouts: Sequence[tuple[Dropouts, ...]]) -> list[str]:
     """What fell in each of the records, in words."""
     return [
-        f"{record.name}: {counted(int(one.fallen.sum()), 'sample')} of {_SPOKEN[one.column][0]} fell to a rail, which "
-        f"reads {one.level:.4g} {_SPOKEN[one.column][1]}; left out"
+        f"{record.name}: {counted(int(one.fallen.sum()), 'sample')} of {SPOKEN[one.column][0]} fell to a rail, which "
+        f"reads {one.level:.4g} {SPOKEN[one.column][1]}; left out"
         for record, mine in zip(records, dropouts, strict=True)
         for one in mine
     ]
@@ -56,7 +57,7 @@ def _cleaned(record: Record, notes: list[str], kind: str) -> Record:
             worst = float(column[rows][np.argmax(np.abs(column[rows] - np.nanmedian(column)))])
             count = int(rows.sum())
             what = "sample stands" if count == 1 else "samples stand"
-            spoken, unit = _SPOKEN[name]
+            spoken, unit = SPOKEN[name]
             notes.append(
                 f"{kind}{record.name}: {count} {what} far from both neighbours in {spoken}, the farthest reads "
                 f"{worst:.4g} {unit}; left out"

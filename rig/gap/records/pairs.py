@@ -5,7 +5,7 @@ No effect and no verdict is known here.
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Final, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -14,7 +14,7 @@ from rig.gap.records.alignment import align
 from rig.gap.records.conditions import difference
 from rig.gap.records.dropouts import Dropouts
 from rig.gap.records.grid import Pair, RunColumns, pair_on_grid
-from rig.gap.records.outliers import without_falls
+from rig.gap.records.outliers import SPOKEN, without_falls
 from rig.gap.records.partners import Match, Partner, find_partner, named_session, require_partners
 from rig.gap.records.rest import at_rests, rest_pressure, shifted
 from rig.gap.records.settings import CLIPPED, CLIPPED_OVER_NEXT
@@ -308,7 +308,7 @@ def _clipped(pairs: Sequence[Pair]) -> Iterator[str]:
     """A note for each sensor that repeats its end value while the command moves on, and did not so on the earlier days:
     a joint that rests at an end of its sweep rested there then as well."""
     for pair in pairs:
-        for name, what, unit in _SENSORS:
+        for name, (what, unit) in SPOKEN.items():
             for word, stay in _stays(pair.raw, name).items():
                 days = [_stays(day, name, stay.step) for day in pair.raw_baselines]
                 before = min((day[word].share if word in day else 0.0 for day in days), default=0.0)
@@ -317,11 +317,6 @@ def _clipped(pairs: Sequence[Pair]) -> Iterator[str]:
                         f"{pair.name}: {what} stays at its {word} end, where it reads {stay.end:.4g} {unit}, for "
                         f"{100 * stay.share:.0f} % of the time: clipped?"
                     )
-
-
-_SENSORS: Final = (
-    ("angle_deg", "the angle", "deg"), ("p1_mpa", "the monitor of p1", "MPa"), ("p2_mpa", "the monitor of p2", "MPa")
-)  # fmt: skip
 
 
 class _Stay(NamedTuple):

@@ -23,29 +23,20 @@ def hunt_and_tell(
     """`hunt`, with its result given to `tell` and its pages written, also of a hunt that the rig, the daemon, the disk
     or somebody cut short: what was learnt so far is kept and said. StateError while another hunt is at work in the
     folder."""
-    with alone_in(options.folder):
-        return _told(options, allowed, report, tell)
-
-
-def _told(
-    options: HuntOptions,
-    allowed: Callable[[HuntStep], bool],
-    report: Callable[[HuntStep], None],
-    tell: Callable[[Hunted], None],
-) -> Hunted:
     learnt: list[HuntFinding] = []
 
     def keep(step: HuntStep, finding: HuntFinding) -> None:
         learnt.append(finding)
         report(step)
 
-    try:
-        found = hunt(options, allowed, keep)
-    except (RigError, OSError, Interrupted, KeyboardInterrupt) as error:
-        _tell_cut(options, learnt, error, tell)
-        raise
-    tell(found)
-    _write_pages(options, found)
+    with alone_in(options.folder):
+        try:
+            found = hunt(options, allowed, keep)
+        except (RigError, OSError, Interrupted, KeyboardInterrupt) as error:
+            _tell_cut(options, learnt, error, tell)
+            raise
+        tell(found)
+        _write_pages(options, found)
     return found
 
 

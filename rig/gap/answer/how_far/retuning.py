@@ -157,22 +157,39 @@ def _alike(
     """
     driven = any(change.pressures_mpa is not None for change in changes.values())
     behind = np.array([slot != "valve" or not driven for slot in slots])
-    of_all = square_sum(errors.of_angle * (fit.jacobian[: -len(slots)] @ fit.x))
+    slopes = fit.jacobian[: -len(slots)]
+    of_all = square_sum(errors.of_angle * (slopes @ fit.x))
+    sides = {
+        False: _Absorbing(slopes[:, behind] * errors.of_angle[:, None], fit.x[behind]),
+        True: _Absorbing(slopes, fit.x),
+    }
     found = {}
     for name, change in changes.items():
-        ahead = change.pressures_mpa is not None
-        seen, asked = (np.ones_like(errors.of_angle), behind | ahead) if ahead else (errors.of_angle, behind)
-        slopes = fit.jacobian[: -len(slots), asked] * seen[:, None]
-        closed, inverse = slopes @ fit.x[asked], np.linalg.pinv(slopes.T @ slopes + np.eye(int(asked.sum())))
-        if square_sum(errors.of_angle * closed) < (1.0 - USEFUL) * of_all:
+        side = sides[change.pressures_mpa is not None]
+        if square_sum(errors.of_angle * side.closed) < (1.0 - USEFUL) * of_all:
             continue
         moved = -errors.of_change(change)
-        absorbed = slopes @ (inverse @ (slopes.T @ moved))
+        absorbed = side.absorbed(moved)
         share = square_sum(absorbed) / max(square_sum(moved), 1e-12)
-        same = float(absorbed @ closed) / max(float(np.sqrt(square_sum(absorbed) * square_sum(closed))), 1e-12)
+        same = float(absorbed @ side.closed) / max(
+            float(np.sqrt(square_sum(absorbed) * square_sum(side.closed))), 1e-12
+        )
         if share >= ALIKE and same > 0.0 and same**2 >= ALIKE:
             found[name] = same
     return tuple(sorted(found, key=lambda name: -found[name]))
+
+
+class _Absorbing:
+    """Parameters that a fit moved by `x` (k,), by their slopes (r, k) in the columns that are compared."""
+
+    def __init__(self, slopes: Column, x: Column) -> None:
+        self._slopes, self.closed = slopes, slopes @ x
+        self._inverse = np.linalg.pinv(slopes.T @ slopes + np.eye(len(x)))
+
+    def absorbed(self, moved: Column) -> Column:
+        """(r,) what they absorb of what moves these columns (r,)."""
+        out: Column = self._slopes @ (self._inverse @ (self._slopes.T @ moved))
+        return out
 
 
 def _shares(before: Column, fit: Descent, of_angle: Column) -> Column:
