@@ -8,13 +8,13 @@ from typing import Final
 from rig.realtime.safe_state import Outcome, SafeReport, SecondPath, insist
 from rig.service.aside import aside_or_here
 from rig.service.connections.protocol import Code, Refused
+from rig.service.session.asking import POLL_S
 from rig.service.session.process_watch import ProcessWatch, is_final
 from rig.service.session.refusals import BY_HAND
 
 ESTOP_PATIENCE_S: Final = 3.0
 """Until an emergency stop that nobody could carry out is answered; the attempts go on after it."""
 NOT_CARRIED_OUT: Final = "emergency stop not carried out"
-_POLL_S: Final = 0.002
 
 
 async def carried_out(watch: ProcessWatch) -> SafeReport:
@@ -29,7 +29,7 @@ async def carried_out(watch: ProcessWatch) -> SafeReport:
             before = "nobody could write the safe state anew; known from before: " if known.safe else ""
             raise Refused(Code.REFUSED, f"{NOT_CARRIED_OUT}: {before}{known.words}; {BY_HAND}")
         watch.follow_up()
-        await asyncio.sleep(_POLL_S)
+        await asyncio.sleep(POLL_S)
     return report
 
 

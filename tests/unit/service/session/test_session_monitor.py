@@ -19,14 +19,13 @@ from support.rigs.fieldbus_rigs import soon
 from rig.app.compose import load
 from rig.app.shipped import find_config
 from rig.app.supervise import parts_of
-from rig.errors import DeviceError, RigError, StateError
+from rig.errors import DeviceError, StateError
 from rig.realtime.faults import Fault
 from rig.realtime.ring import Ring
 from rig.realtime.safe_state import Outcome, SafeReport, SecondPath, Writer
 from rig.realtime.shared import folder, living_owner
 from rig.realtime.state import Event, State
 from rig.service.connections.protocol import Refused
-from rig.service.session.left_unsafe import LeftUnsafe
 from rig.service.session.session import Watching
 from rig.service.session.session_end import SessionEnd
 from rig.service.session.session_monitor import SessionMonitor
@@ -264,58 +263,6 @@ def test_a_reset_in_vain_leaves_somebody_who_goes_on_without_this_process(monkey
     monitor.reopen(0)
     monitor.close()
     assert told[5:] == ["quiet", "opens", "quiet", "ended"]
-
-
-def test_an_heir_that_is_lost_has_a_successor_and_one_that_cannot_be_had_is_told_of_once(
-    caplog: pytest.LogCaptureFixture,
-) -> None:
-    """Killed before the daemon, and the daemon after it: nobody was left who tried."""
-    heirs = [SimpleNamespace(alive=True, end=lambda: None, release=lambda: None) for _ in range(2)]
-    asked: list[object] = []
-
-    def appoint() -> Any:
-        asked.append(None)
-        if len(asked) > len(heirs):
-            raise RigError("no memory")
-        return heirs[len(asked) - 1]
-
-    attempts: list[object] = []
-    left = LeftUnsafe(appoint)
-    left.owe()
-    left.begin(lambda: SecondPath(lambda: attempts.append(None), lambda: False), lambda: "")
-    try:
-        for lost, heir in enumerate(heirs, 1):
-            assert soon(lambda: len(asked) == lost)  # noqa: B023 (asked before the next)
-            heir.alive = False
-        assert soon(lambda: "no memory" in caplog.text)
-        tried = len(attempts)
-        assert soon(lambda: len(attempts) > tried + 2)
-        assert len(asked) == len(heirs) + 1
-    finally:
-        left.end()
-
-
-def test_an_heir_who_is_being_appointed_when_nothing_is_owed_any_more_ends_too(monkeypatch: pytest.MonkeyPatch) -> None:
-    """On a busy machine his process was there for as long as the daemon."""
-    monkeypatch.setattr("rig.service.session.left_unsafe._LET_GO_S", 0.0)
-    appointing, go, told = threading.Event(), threading.Event(), list[str]()
-    heir = SimpleNamespace(alive=True, end=lambda: told.append("ended"), release=lambda: None)
-
-    def appoint() -> Any:
-        appointing.set()
-        assert go.wait(10.0)
-        return heir
-
-    left = LeftUnsafe(appoint)
-    left.owe()
-    left.begin(lambda: SecondPath(lambda: None, lambda: False), lambda: "")
-    assert appointing.wait(10.0)
-    ending = threading.Thread(target=left.end)
-    ending.start()
-    ending.join(0.1)
-    go.set()
-    ending.join()
-    assert soon(lambda: told == ["ended"])
 
 
 def test_while_a_session_is_closed_for_a_reset_its_own_words_stand(monkeypatch: pytest.MonkeyPatch) -> None:
