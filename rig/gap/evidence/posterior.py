@@ -7,19 +7,13 @@ from types import MappingProxyType
 
 import numpy as np
 
+from rig.gap.evidence.unknown import beside, log_unknown
 from rig.gap.evidence.usual_sizes import Usual, nothing
 from rig.gap.hypotheses.fit import Fit, ForwardModel, fit_effect, settled
 from rig.gap.hypotheses.inverse_problems import InverseProblem
-from rig.gap.hypotheses.law_errors import rough_law, rough_lines
 from rig.gap.hypotheses.library import NONE, UNKNOWN, Effect
-from rig.gap.likelihood.gaussian import Gaussian
-from rig.gap.likelihood.rough_law import RoughLaw
-from rig.gap.settings import BEYOND_DAYS, CREDIBLE, ENVELOPE_HZ, EVEN_CHANCE, UNKNOWN_EVEN
+from rig.gap.settings import CREDIBLE, EVEN_CHANCE
 from rig.record import Column
-
-_LEVELS = np.exp(np.linspace(np.log(0.1), np.log(1.5), 6))
-"""Sizes of something unknown that are tried, as shares of what is to be explained."""
-
 
 LEAST_CHANCE = 1e-12
 """An effect's share of all effects below counts as this much beside experiments: nothing is ever ruled out for good.
@@ -46,8 +40,8 @@ class Posterior:
     fits: dict[str, Fit]
     """Effect -> its likeliest law."""
     log_odds_beside: Mapping[str, float]
-    """ln odds that an effect leaves something unknown, against that its law is only as rough as it usually is; none for
-    one that leaves nothing to another."""
+    """ln odds that an effect leaves something unknown and is needed beside it, against that its law is only as rough as
+    it usually is; none for one that leaves nothing to another."""
     log_evidence: float = 0.0
     """ln p of the factor's gap, over all hypotheses."""
     given: str = ""
@@ -162,11 +156,13 @@ def judge(
     gap, expected = plain.factor.gap_lines, plain.factor.healthy
     bare = expected.log_density(gap) + forward.odds.none + healthy
     none = nothing(bare, fits, acting(effects, problem), forward.usual)
+    unknown = log_unknown(plain, expected, gap)
+    second = {name: beside(fit, unknown) for name, fit in fits.items()}
+    odds = {name: one.needed - fits[name].log_evidence for name, one in second.items()}
     logs = {
         NONE: none.log_evidence,
-        UNKNOWN: log_unknown(plain, expected, gap) + forward.odds.unknown,
+        UNKNOWN: _sum([unknown + forward.odds.unknown, *(one.unneeded for one in second.values())]),
     }
-    odds = {name: _log_odds_beside(fit) for name, fit in fits.items()}
     logs |= {name: _with_unknown(fit, odds[name]) for name, fit in fits.items()}
     probability, total = _normalised(parted(logs, experiments))
     return Posterior(problem, plain, probability, fits, odds, total, usual=none.usual)
@@ -199,8 +195,13 @@ def flattened(chances: Column, temperature: float) -> Column:
 
 def _normalised(logs: Mapping[str, float]) -> tuple[dict[str, float], float]:
     """Probabilities that sum to one, and ln of what they summed to."""
-    total = float(np.logaddexp.reduce(list(logs.values())))
+    total = _sum(list(logs.values()))
     return {name: float(np.exp(value - total)) for name, value in logs.items()}, total
+
+
+def _sum(logs: Sequence[float]) -> float:
+    """ln of the sum of what these are logarithms of."""
+    return float(np.logaddexp.reduce(logs))
 
 
 def effect_evidence(posterior: Posterior) -> dict[str, float]:
@@ -210,38 +211,5 @@ def effect_evidence(posterior: Posterior) -> dict[str, float]:
     return {name: float(np.log(max(chance, least) / least)) for name, chance in chances.items()}
 
 
-def log_unknown(forward: ForwardModel, expected: Gaussian, residual: Column, law: RoughLaw | None = None) -> float:
-    """Evidence, beside what is `expected` and a `law` that is rough, that there is something unknown in the residual
-    (l,) of the lines: as likely a broad process as more of what days differ in than is ever expected."""
-    return float(
-        np.logaddexp(_log_broad(forward, expected, residual, law), _log_beyond(expected, residual, law)) - np.log(2.0)
-    )
-
-
-def _log_broad(forward: ForwardModel, expected: Gaussian, residual: Column, law: RoughLaw | None) -> float:
-    """Evidence for a broad process of any size: lines like those that are left, blurred."""
-    factor, prior = forward.factor, forward.prior
-    shape = factor.lines.envelope(residual, ENVELOPE_HZ, UNKNOWN_EVEN)
-    share = np.maximum(_LEVELS * factor.rms_of_lines(residual) / forward.moving, 1e-9)
-    log_prior = -0.5 * ((np.log(share) - np.log(prior.share)) / prior.share_spread) ** 2
-    logs = [expected.with_variance(level**2 * shape).log_density(residual, law) for level in _LEVELS]
-    width = np.log(_LEVELS[1] / _LEVELS[0]) / (prior.share_spread * np.sqrt(2 * np.pi))
-    return float(np.logaddexp.reduce(np.array(logs) + log_prior + np.log(width)))
-
-
-def _log_beyond(expected: Gaussian, residual: Column, law: RoughLaw | None) -> float:
-    """Evidence for an offset, a gain or a lag that no effect of the library explains."""
-    logs = expected.log_densities(residual, np.array(BEYOND_DAYS), law)
-    return float(np.logaddexp.reduce(logs)) - float(np.log(len(BEYOND_DAYS)))
-
-
 def _with_unknown(fit: Fit, log_odds: float) -> float:
     return fit.log_evidence + float(np.logaddexp(0.0, log_odds))
-
-
-def _log_odds_beside(fit: Fit) -> float:
-    forward, factor, lines, prior = fit.forward, fit.forward.factor, fit.forward.factor.lines, fit.forward.prior
-    moved, rho = lines.of(fit.change), fit.effect.roughness(prior, fit.law)
-    expected = factor.healthy.with_variance(rough_lines(lines, moved, rho, prior))
-    law = rough_law(factor.healthy, lines, moved, rho)
-    return log_unknown(forward, expected, factor.gap_lines - moved, law) + prior.log_beside - fit.log_law
