@@ -17,6 +17,7 @@ from rig.gap.answer.words.retuning import absorbed, what_retuning_closes
 from rig.gap.answer.words.sizes import degrees, percent
 from rig.gap.answer.words.stages import where_it_lies
 from rig.gap.answer.words.sureness import how_sure, likelier
+from rig.gap.reference.kinds import Kind
 from rig.gap.settings import EVEN_CHANCE, FAR
 
 
@@ -24,6 +25,7 @@ def answers(diagnosis: Diagnosis) -> dict[str, str]:
     """Question -> answer: what it is, what doubts all of it, how far, re-tuning, what stays, what to look at; then
     where and how sure."""
     found = diagnosis.verdict is not Verdict.NONE
+    of_the_simulator = diagnosis.reference is Kind.SIMULATOR or absorbed(diagnosis)
     stays = bool(diagnosis.named) or diagnosis.verdict is Verdict.UNKNOWN
     planned = diagnosis.next_experiment
     questions = {
@@ -31,7 +33,7 @@ def answers(diagnosis: Diagnosis) -> dict[str, str]:
         "Doubt:": "; ".join(diagnosis.doubts),
         "Why:": likely_reasons(diagnosis),
         "Look at:": where_to_look(diagnosis),
-        "Re-tuning:": what_retuning_closes(diagnosis) if found or absorbed(diagnosis) else "",
+        "Re-tuning:": what_retuning_closes(diagnosis) if found or of_the_simulator else "",
         "What stays:": what_stays(diagnosis) if stays else "",
         "Also seen:": seen_beside(diagnosis),
         "Compared with:": reference(diagnosis),

@@ -281,6 +281,14 @@ def test_retuning_and_what_the_effect_closes_beyond_it(after: float, words: str)
     assert words in said
 
 
+@pytest.mark.parametrize(("reference", "told_of"), [("simulator", True), ("fingerprint", False)])
+def test_of_a_simulator_that_lacks_nothing_it_is_told_what_would_move(reference: str, told_of: bool) -> None:
+    """Regulators that the pressures show to be slower are news of a simulator also where the angle hardly is."""
+    little = replace(TUNING, after_deg=0.7)
+    said = answers(replace(told(verdict="none", rms_deg=0.09, reference=reference), retuning=little))
+    assert ("valve 1's time constant goes from 43 ms to 53 ms" in said.get("Re-tuning:", "")) == told_of
+
+
 def test_a_cause_has_no_0_percent_of_a_gap() -> None:
     links = [Link("joint", ("backlash",), 0.998), Link("valve", ("delay",), 0.002), Link("sensor", ("mains_hum",), 0.0)]
     made = told(LAG)
