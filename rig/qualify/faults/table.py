@@ -3,6 +3,7 @@
 `pamrig faults` runs it and prints it, the tests assert it, the docs are made from it.
 """
 
+import contextlib
 import os
 import resource
 import signal
@@ -10,7 +11,7 @@ import socket
 import subprocess
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Final
@@ -169,13 +170,23 @@ def _sweep_outside(bench: FaultBench) -> int:
 def _moved(bench: FaultBench) -> int:
     """The folder of the record that is being written gets another name: to who writes it, a disk that was taken
     away."""
-    partial: list[Path] = bench.wait(lambda: list(bench.logs.rglob(f"*{PARTIAL_SUFFIX}")), "the record")
+    recorder = bench.pid("recorder")
+    partial = bench.wait(lambda: next(_written_by(recorder), None), "the record")
+    assert partial
     now_ns = time.monotonic_ns()
-    folder = partial[0].parent
-    folder.rename(folder.with_name(f"{folder.name}_moved"))
+    folder = partial.parent
+    folder.rename(folder.with_name(f"{folder.name}_moved_{now_ns}"))  # a second time within one second, too
     with bench.client() as client:
         bench.wait(lambda: not client.status()["working"], "the end of the run")
     return now_ns
+
+
+def _written_by(pid: int) -> Iterator[Path]:
+    """Unfinished records that a process has open; those of recorders that were killed lie about as well."""
+    for opened in Path(f"/proc/{pid}/fd").iterdir():
+        with contextlib.suppress(OSError):
+            if (file := opened.readlink()).name.endswith(PARTIAL_SUFFIX):
+                yield file
 
 
 def all_stopped(bench: FaultBench) -> int:

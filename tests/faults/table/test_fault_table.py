@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 
+from rig.log.mcap.writer import PARTIAL_SUFFIX
 from rig.qualify.faults.bench import FaultBench
 from rig.qualify.faults.table import TABLE, FaultRow
 from rig.qualify.faults.trial import try_row
@@ -30,6 +31,18 @@ def test_a_fault_ends_as_the_table_says(bench: FaultBench, row: FaultRow) -> Non
 def test_the_table_names_real_faults_and_each_row_once() -> None:
     assert len({row.name for row in TABLE}) == len(TABLE)
     assert {cause for row in TABLE for cause in row.causes} <= {fault.name for fault in Fault}
+
+
+def test_the_record_that_is_moved_is_the_one_that_is_written(bench: FaultBench) -> None:
+    """Not one that a recorder left when it was killed: the run went on, and the trial waited 40 s for its end, four
+    times over where the folder was listed so."""
+    left = [bench.logs / f"left_{number}" / f"record.mcap{PARTIAL_SUFFIX}" for number in range(20)]
+    for partial in left:
+        partial.parent.mkdir(parents=True)
+        partial.touch()
+    finding = try_row(bench, next(row for row in TABLE if row.name == "moved"))
+    assert finding.problem == ""
+    assert all(partial.exists() for partial in left)
 
 
 def test_a_row_that_expects_the_wrong_cause_is_found_out(bench: FaultBench) -> None:
