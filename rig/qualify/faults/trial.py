@@ -18,6 +18,7 @@ from rig.realtime.faults import Fault
 ATTEMPTS: Final = 4
 """A trial is repeated when the machine itself stood still, which a virtual one does now and then."""
 _FINISH_S: Final = 2.0
+_UNFINISHED_OR_NOT: Final = (".mcap", f".mcap{PARTIAL_SUFFIX}")
 _BY_THE_MACHINE: Final = ("MISSED_TICKS", "LONG_STALL", "LOOP_DIED")
 
 
@@ -131,10 +132,14 @@ def _records(bench: FaultBench, recorder_lost: bool) -> list[str]:
     """The newest record of the folder: finished by the recorder, or cut where that one is lost."""
     deadline = time.monotonic() + _FINISH_S
     while True:
-        files = sorted([*bench.logs.rglob("*.mcap"), *bench.logs.rglob(f"*.mcap{PARTIAL_SUFFIX}")], key=_age)
-        cut = bool(files) and files[0].suffix == PARTIAL_SUFFIX
-        if not cut or recorder_lost or time.monotonic() > deadline:
-            return [f"{'cut ' if cut else ''}record of {counted(_samples(files[0]), 'sample')}"] if files else []
+        with contextlib.suppress(FileNotFoundError):  # it has its last name by now: look again
+            names = (path for path in bench.logs.rglob("*.mcap*") if path.name.endswith(_UNFINISHED_OR_NOT))
+            newest = min(names, key=_age, default=None)
+            if newest is None:
+                return []
+            cut = newest.suffix == PARTIAL_SUFFIX
+            if not cut or recorder_lost or time.monotonic() > deadline:
+                return [f"{'cut ' if cut else ''}record of {counted(_samples(newest), 'sample')}"]
         time.sleep(0.01)
 
 

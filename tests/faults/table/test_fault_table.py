@@ -4,6 +4,10 @@ The bounds are those of the table; a trial is repeated when the machine itself s
 rig.qualify.faults.trial).
 """
 
+import os
+import shutil
+import subprocess
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -14,6 +18,15 @@ from rig.qualify.faults.bench import FaultBench
 from rig.qualify.faults.table import TABLE, FaultRow
 from rig.qualify.faults.trial import try_row
 from rig.realtime.faults import Fault
+
+RENAMING = """
+import os, sys
+print(flush=True)
+while True:
+    for record in sys.argv[1:]:
+        os.rename(record, record + "{ending}")
+        os.rename(record + "{ending}", record)
+"""
 
 
 @pytest.fixture(scope="module")
@@ -49,3 +62,24 @@ def test_a_row_that_expects_the_wrong_cause_is_found_out(bench: FaultBench) -> N
     wrong = next(row for row in TABLE if row.name == "estop")
     finding = try_row(bench, FaultRow("wrong", "estop", wrong.act, ("BROKEN_WIRE",), 1000.0))
     assert finding.problem == "the cause is given as ESTOP, not BROKEN_WIRE"
+
+
+def test_a_record_that_gets_its_last_name_while_it_is_looked_for_is_looked_for_again(bench: FaultBench) -> None:
+    """Its recorder gave it that between the list of names and the look at their times, and the trial ended in
+    FileNotFoundError."""
+    folder, records = bench.logs / "renamed", [f"record_{number}.mcap" for number in range(4)]
+    folder.mkdir(parents=True)
+    for record in records:
+        (folder / record).touch()
+        os.utime(folder / record, (0.0, 0.0))  # older than any trial's own
+    call = [sys.executable, "-c", RENAMING.format(ending=PARTIAL_SUFFIX), *records]
+    recorder = subprocess.Popen(call, cwd=folder, stdout=subprocess.PIPE)
+    assert recorder.stdout
+    recorder.stdout.readline()
+    row = next(row for row in TABLE if row.name == "frozen")
+    try:
+        assert [try_row(bench, row).problem for _ in range(4)] == [""] * 4
+    finally:
+        recorder.kill()
+        recorder.communicate()
+        shutil.rmtree(folder)
