@@ -25,6 +25,8 @@ from rig.qualify.faults.wired import (
     WiredFaultBench,
 )
 
+pytestmark = pytest.mark.bears_seconds
+
 
 @pytest.fixture(scope="module")
 def bench(tmp_path_factory: pytest.TempPathFactory) -> Iterator[FaultBench]:

@@ -3,6 +3,7 @@
 import csv
 import subprocess
 import sys
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -40,6 +41,7 @@ def wrist(shared: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     return place
 
 
+@cache
 def found(wrist: Path, part: str, reference: str) -> Diagnosis:
     return diagnose(load_model(wrist / "wrist.yaml"), read(wrist / f"{part}.csv"), reference=reference)
 
