@@ -160,7 +160,8 @@ class FaultBench:
         if not self.alive:
             raise RigError(f"the daemon ended: {self.log_text()[-400:]}")
         with contextlib.suppress(RigError):
-            return self.status()["loop"] is not None
+            status = self.status()
+            return bool(status["loop"] or status["fault"])  # one that could not open its device waits for a reset
         return False
 
     def log_text(self) -> str:

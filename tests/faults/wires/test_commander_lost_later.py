@@ -53,3 +53,15 @@ def check_that_somebody_goes_on_without_the_daemon(bench: SwitchedBench, number:
     if number == signal.SIGKILL:
         bench.wait(lambda: not any(Path(f"/proc/{pid}/fd").exists() for pid in others), "the end of all")
         assert "safe state written by the" in bench.log_text()
+
+
+def test_a_bench_goes_on_from_a_daemon_that_could_not_open_its_device(tmp_path: Path) -> None:
+    """On a busy machine a module's answer comes late now and then: for the daemon's loop, which only a reset makes,
+    each start waited 150 s in vain."""
+    with SwitchedBench(tmp_path) as bench:
+        bench.line.cut()
+        bench.start()
+        assert (bench.fault(), bench.status()["loop"]) == ("DEVICE_LOST", None)
+        bench.line.mend()
+        bench.at_rest()
+        assert bench.status()["loop"]
