@@ -51,8 +51,9 @@ class WireLink(Protocol):
         DeviceError when it failed and the next may work, DeviceLost when the wire is gone.
         """
 
-    def close(self) -> None:
-        """Let go of the wire. Idempotent; never raises."""
+    def close(self, settled: bool = False) -> None:
+        """Let go of the wire. `settled`: outputs are where they are to stay, so that a watchdog of the device that
+        would change them is stopped; else it goes on. Idempotent; never raises."""
 
 
 class WorkerSetup(NamedTuple):
@@ -81,6 +82,8 @@ class Worker:
         """The safe order for which a reconnection was tried at once."""
         self._alarm = 0
         self._confirmed: tuple[float, ...] | None = None
+        self._tried: tuple[float, ...] | None = None
+        """The outputs that were wanted last."""
         self._sent = False
         """Outputs were tried: the device may have taken them, whatever became of its reply."""
         self._orphan_since_ns = 0
@@ -103,6 +106,7 @@ class Worker:
         alarm = self._mailbox.alarm
         self._watch(order.mode, order.stamp_ns, alarm)
         outputs = self._wanted(order.mode, order.outputs)
+        self._tried = outputs or self._tried
         if order.mode is OutputsMode.SAFE and order.number != self._urged:
             self._urged, self._retry_ns = order.number, 0
         if self._report.state is not LinkState.UP and not self._reconnect(outputs is not None):
@@ -208,7 +212,7 @@ class Worker:
 
     def end(self, text: str = "") -> None:
         """Last report, and off the wire."""
-        self._link.close()
+        self._link.close(settled=self._tried is None or self._tried == self._confirmed)
         self._say(state=LinkState.ENDED, text=text or self._report.text)
 
     def _say(self, **changes: Any) -> None:

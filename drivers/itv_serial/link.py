@@ -191,8 +191,8 @@ class ItvLink:
             raise DeviceLost(f"{self._where}: the port is gone: {error}") from None
         self._dirty = False
 
-    def close(self) -> None:
-        """Let go of the port."""
+    def close(self, settled: bool = False) -> None:
+        """Let go of the port; a regulator has no watchdog, and keeps its pressure either way."""
         wire, self._wire = self._wire, None
         self._dirty = self._monitor_next = False
         if wire is not None:

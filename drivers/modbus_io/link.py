@@ -121,9 +121,7 @@ class ModbusLink:
         stations = self._stations
         if stations is None:
             raise DeviceLost(f"{self._settings.resource}: not connected")
-        line = self._settings.serial
-        if line is not None:
-            self._settle(line)
+        self._settle()
         numbers = {place: outputs[place] for place in self._plan.driven} if outputs else None
         self._safe_wanted = self._safe_wanted or numbers is not None
         if self._safe_wanted and self._plan.looking:
@@ -204,18 +202,18 @@ class ModbusLink:
             self._echoed = True
         return data
 
-    def _settle(self, line: SerialLine) -> None:
+    def _settle(self) -> None:
         """RTU replies have no number: after a failure, wait until a late one has come and been thrown away."""
-        if self._failed:
+        line = self._settings.serial
+        if self._failed and line is not None:
             self._loop.run_until_complete(asyncio.sleep(self._plan.round_s(line) + self._settings.patience_s / 2))
         self._failed = False
 
-    def close(self) -> None:
-        """Let go of the line; a fail-safe that would change the outputs later is stopped, if the line still works."""
+    def close(self, settled: bool = False) -> None:
+        """Let go of the line; a fail-safe that would change outputs that are `settled` is stopped."""
         stations, self._stations = self._stations, None
         if stations is not None:
-            with contextlib.suppress(DeviceError):
-                stations.close(disarm=not self._failed)
+            stations.close(disarm=settled, get_ready=self._settle)
             self._loop.run_until_complete(asyncio.sleep(0))
 
 

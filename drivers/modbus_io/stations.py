@@ -1,7 +1,6 @@
 """The one or two modules of a device as open lines: connect, prove, arm; shared by the direct device and by its I/O
 process."""
 
-import contextlib
 from collections.abc import Callable, Mapping
 from typing import Any, Final
 
@@ -10,11 +9,13 @@ from drivers.modbus_io.codec import to_counts
 from drivers.modbus_io.plan import ExchangePlan
 from drivers.modbus_io.session import DEVICE_FAILURE, ModbusSession, ModuleRefusal, connect_tcp
 from drivers.modbus_io.settings import ModbusSettings
-from rig.errors import DeviceError, WatchdogTripped
+from rig.errors import DeviceError, DeviceLost, WatchdogTripped
 
 Numbers = dict[int, float]
 SAME: Final = 0.001
 """Of the range of an output: 0.5 kPa of 0.5 MPa."""
+_DISARMINGS: Final = 3
+"""Attempts to stop the watchdog at the end: one exchange in a hundred may be lost on a bad line, not three in a row."""
 
 
 class Stations:
@@ -149,14 +150,25 @@ class Stations:
         low, high = self.plan.outputs.counts
         return all(abs(found[place] - numbers[place]) <= SAME * (high - low) for place in self.plan.driven)
 
-    def close(self, disarm: bool = True) -> None:
-        """Let go; outputs stay, hence a watchdog that would change them is stopped first, unless the line is known to
-        be dead."""
+    def close(self, disarm: bool = True, get_ready: Callable[[], None] = lambda: None) -> None:
+        """Let go; outputs stay, hence a watchdog that would change them is stopped first, unless they are not to
+        stay. `get_ready` is called before each attempt."""
         if disarm and self.plan.writes and not self.plan.looking:
-            with contextlib.suppress(DeviceError):
-                failsafe.disarm(self.outputs, self.plan.module.failsafe, self.plan.unit)
+            self._disarm(get_ready)
         self.outputs.close()
         self.inputs.close()
+
+    def _disarm(self, get_ready: Callable[[], None]) -> None:
+        """Asked for again where a request, or its reply, was lost: nobody comes after this."""
+        for _ in range(_DISARMINGS):
+            try:
+                get_ready()
+                failsafe.disarm(self.outputs, self.plan.module.failsafe, self.plan.unit)
+            except DeviceLost:
+                return
+            except DeviceError:
+                continue
+            return
 
 
 def _listed(numbers: Numbers) -> list[float]:

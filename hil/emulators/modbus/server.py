@@ -16,6 +16,7 @@ from hil.emulators.modbus.module import Module, RefusedByModule
 from hil.emulators.modbus.wago import WagoCoupler
 
 _WRITES = (6, 16, 23)
+_BUSY = 6
 
 
 @dataclass
@@ -25,6 +26,8 @@ class BusTrouble:
     silence: bool = False
     exception: int = 0
     """Every request is answered with this exception code."""
+    refuse_next: int = 0
+    """So many requests are answered that the module is busy; then no more."""
     late_s: float = 0.0
     """Every answer comes so much later."""
     cut: int = 0
@@ -114,6 +117,9 @@ class Bus:
             self.requests += 1
         if self.trouble.exception:
             raise RefusedByModule(self.trouble.exception)
+        if self.trouble.refuse_next:
+            self.trouble.refuse_next -= 1
+            raise RefusedByModule(_BUSY)
         if isinstance(module, WagoCoupler):
             module.begin(function)
         if function == 23 and not module.read_write:

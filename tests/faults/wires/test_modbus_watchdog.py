@@ -28,6 +28,14 @@ REGISTERS = (
 )
 
 
+def made_safe(device: ModbusIo) -> bool:
+    try:
+        device.safe()
+    except DeviceError:
+        return False
+    return True
+
+
 def test_the_watchdog_of_the_module_acts_when_nobody_asks_any_more(tcp: Emulation) -> None:
     """Third layer: host gone, supervisor gone. The coupler goes to 0 V by itself; safe() arms it anew and gets
     through."""
@@ -79,36 +87,80 @@ def test_a_safe_state_written_past_a_line_that_was_lost_stays(tcp: Emulation) ->
     tcp.unplug("io")
     tcp.plug("io")
 
-    def made_safe() -> bool:
-        try:
-            device.safe()
-        except DeviceError:
-            return False
-        return True
-
-    assert rigs.soon(made_safe)
+    assert rigs.soon(lambda: made_safe(device))
     assert not rigs.soon(lambda: told(tcp) != rigs.SAFE, 1.5)
     device.close()
 
 
-def test_one_exchange_that_failed_long_ago_leaves_no_watchdog_behind(tcp: Emulation) -> None:
+@pytest.fixture
+def link(tcp: Emulation) -> Iterator[ModbusLink]:
+    """As an I/O process on TCP drives it, connected, with a watchdog that acts soon."""
+    settings = rigs.modbus_settings(tcp.places["io"], ExchangeMode.PROCESS, watchdog_s=0.3, patience_s=0.05)
+    link = ModbusLink(settings, rigs.context().roles, safe_numbers(tcp))
+    link.connect()
+    yield link
+    link.close()
+    link._loop.close()  # noqa: SLF001  # its process takes it with it
+
+
+def safe_numbers(tcp: Emulation) -> dict[int, float]:
+    return made(tcp).numbers(*rigs.SAFE)
+
+
+def outputs_of(tcp: Emulation) -> tuple[float, float]:
+    safe = safe_numbers(tcp)
+    return safe[0], safe[1]
+
+
+def test_one_exchange_that_failed_long_ago_leaves_no_watchdog_behind(tcp: Emulation, link: ModbusLink) -> None:
     """An I/O process on TCP took its line for dead from then on, and did not stop the watchdog at the end: 0 MPa half a
     second after "seen at the device"."""
-    settings = rigs.modbus_settings(tcp.places["io"], ExchangeMode.PROCESS, watchdog_s=0.3)
-    safe = ModbusIo(settings, rigs.context()).numbers(*rigs.SAFE)
-    outputs = safe[0], safe[1]
-    link = ModbusLink(settings, rigs.context().roles, safe)
-    link.connect()
+    outputs = outputs_of(tcp)
     tcp.trouble("io", exception=6)
     with pytest.raises(DeviceError, match="it is busy"):
         link.exchange(outputs, fresh=True, urgent=False)
     tcp.trouble("io", exception=0)
     assert link.exchange(outputs, fresh=True, urgent=True).sent
     assert told(tcp) == rigs.SAFE
+    link.close(settled=True)
+    assert not rigs.soon(lambda: told(tcp) != rigs.SAFE, 0.6)
+
+
+def test_the_last_exchange_that_failed_leaves_no_watchdog_behind(tcp: Emulation, link: ModbusLink) -> None:
+    """The safe set-points stood, and a reading after them was lost: 0 MPa, as above."""
+    assert link.exchange(outputs_of(tcp), fresh=True, urgent=True).sent
+    tcp.trouble("io", silence=True)
+    with pytest.raises(DeviceError, match="no usable answer in time"):
+        link.exchange(outputs_of(tcp), fresh=False, urgent=False)
+    tcp.trouble("io", silence=False)
+    link.close(settled=True)
+    assert not rigs.soon(lambda: told(tcp) != rigs.SAFE, 0.6)
+
+
+def test_a_stop_of_the_watchdog_that_is_refused_once_is_asked_for_again(tcp: Emulation, link: ModbusLink) -> None:
+    """A busy module, or a gateway that has lost the request: "seen at the device", and 0 MPa as above."""
+    assert link.exchange(outputs_of(tcp), fresh=True, urgent=True).sent
+    tcp.trouble("io", refuse_next=1)
+    link.close(settled=True)
+    assert not rigs.soon(lambda: told(tcp) != rigs.SAFE, 0.6)
+
+
+def test_the_loop_itself_asks_again_as_well(tcp: Emulation) -> None:
+    device = made(tcp, watchdog_s=0.3)
+    device.open()
+    device.write(0.3, 0.1)
+    device.safe()
+    tcp.trouble("io", refuse_next=1)
+    device.close()
+    assert not rigs.soon(lambda: told(tcp) != rigs.SAFE, 0.6)
+
+
+def test_who_has_not_come_to_the_outputs_leaves_the_watchdog_on(tcp: Emulation, link: ModbusLink) -> None:
+    """Its line was lost and is back, and it was told to go before it wrote: the module's own watchdog is what is
+    left."""
+    tcp.leave_at(0.3, 0.1)
     link.close()
-    link._loop.close()  # noqa: SLF001  # its process takes it with it
-    time.sleep(0.6)
-    assert told(tcp) == rigs.SAFE
+    assert rigs.soon(lambda: told(tcp) == (0.0, 0.0)), "old set-points would stand for ever"
 
 
 @pytest.mark.parametrize("mode", [ExchangeMode.SEPARATE, ExchangeMode.PROCESS])
@@ -172,14 +224,7 @@ def test_who_only_looks_makes_safe_when_he_is_told_to(rtu: Emulation) -> None:
     looking, outside = _looking(rtu), made(rtu)
     looking.open()
 
-    def safe() -> bool:
-        try:
-            outside.safe()
-        except DeviceError:
-            return False
-        return True
-
-    assert rigs.soon(safe)
+    assert rigs.soon(lambda: made_safe(outside))
     assert told(rtu) == rigs.SAFE
     looking.close()
     outside.close()

@@ -8,7 +8,9 @@ from hil.emulators.emulation import Emulation
 from rig.errors import DeviceError
 from support.rigs import fieldbus_rigs as rigs
 
-HEALTHY = {"silence": False, "exception": 0, "late_s": 0.0, "cut": 0, "garble": -1, "only_unit": -1}
+HEALTHY = {
+    "silence": False, "exception": 0, "refuse_next": 0, "late_s": 0.0, "cut": 0, "garble": -1, "only_unit": -1,
+}  # fmt: skip
 WHOLE = {"cut": [], "swapped_valves": False, "not_a_number": False}
 
 

@@ -35,6 +35,8 @@ class ScriptedLink:
         self.sent: list[tuple[float, ...]] = []
         self.fail: DeviceError | None = None
         self.closed = 0
+        self.settled = False
+        """Whether it was told at its last `close` that the outputs are where they are to stay."""
         self.connects = 0
 
     def connect(self) -> Mapping[str, str]:
@@ -52,8 +54,9 @@ class ScriptedLink:
             return Exchange(sent=True)
         return Exchange(values={0: (123.0, 5)})
 
-    def close(self) -> None:
+    def close(self, settled: bool = False) -> None:
         self.closed += 1
+        self.settled = settled
 
 
 @pytest.fixture
@@ -222,6 +225,53 @@ def test_a_safe_order_outlives_its_owner(worker: Worker, link: ScriptedLink, box
     worker.turn()
     assert link.sent[-1] == SAFE
     assert worker.finished
+
+
+@pytest.mark.parametrize("mode", [OutputsMode.SAFE, OutputsMode.RELEASED])
+def test_outputs_that_stand_stay_whatever_the_last_exchange_was(
+    worker: Worker, link: ScriptedLink, box: IoMailbox, clock: Clock, mode: OutputsMode
+) -> None:
+    """The device's own watchdog is to be stopped then."""
+    drive(box, clock, SAFE[0])
+    worker.turn()
+    box.post_order(clock.ns, mode, SAFE)
+    worker.turn()
+    link.fail = DeviceError("late")
+    worker.turn()
+    worker.end()
+    assert link.settled
+
+
+def test_outputs_that_could_not_be_written_are_left_to_the_device_s_own_watchdog(
+    worker: Worker, link: ScriptedLink, box: IoMailbox, clock: Clock
+) -> None:
+    drive(box, clock, 700.0)
+    worker.turn()
+    box.post_order(clock.ns, OutputsMode.SAFE, SAFE)
+    link.fail = DeviceError("busy")
+    worker.turn()
+    worker.orphan()
+    clock.ns += 3_000_000_000
+    worker.turn()
+    assert worker.finished
+    worker.end()
+    assert not link.settled
+
+
+def test_who_is_let_go_as_its_line_comes_back_leaves_the_watchdog_on(
+    worker: Worker, link: ScriptedLink, box: IoMailbox, clock: Clock
+) -> None:
+    """The owner saw the line down, and asked for nothing more; old set-points stand."""
+    drive(box, clock, 700.0)
+    worker.turn()
+    link.fail = DeviceLost("pulled")
+    worker.turn()
+    box.post_order(clock.ns, OutputsMode.RELEASED, ())
+    worker.orphan()
+    assert worker.finished
+    link.fail = None
+    worker.end()
+    assert not link.settled
 
 
 def test_an_alarm_from_outside_is_obeyed_in_every_mode_and_latched(
