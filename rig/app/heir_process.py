@@ -1,9 +1,11 @@
 """The process of a guardian without a loop to watch: in the place of a daemon without a session, which tries to make a
 rig safe whose device is away, it tries when that one is killed or stopped."""
 
+import os
 from multiprocessing.connection import Connection
 
-from rig.app.watcher_process import GoesOnAlone, outside, speak, stand_by, stay
+from rig.app.compose import wires_of
+from rig.app.watcher_process import GoesOnAlone, claim_of, outside, speak, stand_by, stay
 from rig.errors import StateError
 from rig.realtime.safe_state import SafeBlock, SecondPath
 from rig.rig_config import RigConfig
@@ -21,9 +23,10 @@ def heir_process(setup: WatcherSetup, pipe: Connection) -> None:
         tell_commander(pipe, "state", str(error))
         return
     alone = GoesOnAlone(rig, block, setup.writer)
+    claim = claim_of(wires_of(rig), os.getppid())
     tell_commander(pipe, "ready", {})
     pipe.close()
     device = outside(rig, setup.options)
-    stand_by(block, setup.writer, alone, SecondPath.of(device))
+    stand_by(block, setup.writer, alone, SecondPath.of(device, claim))
     if alone.since_s:
         speak(block, setup.writer)

@@ -2,13 +2,14 @@
 
 import functools
 import os
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Final
 
 from rig.app import compose, shipped, wire_locks
 from rig.app.heir_process import heir_process
 from rig.app.loop_process import loop_process
-from rig.app.watcher_process import driver_of, outside, watcher_process
+from rig.app.watcher_process import outside, watcher_process
 from rig.errors import DeviceError, RigError
 from rig.realtime.safe_state import Outcome, SecondPath, Writer, insist
 from rig.rig_config import RigConfig
@@ -20,19 +21,27 @@ _INSIST_S: Final = 2.0
 """For somebody who writes the safe state by hand; a slow wire confirms within tenths of a second."""
 
 
-def watching(rig: RigConfig) -> Watching:
-    """Who watches a session of this rig."""
+def watching(rig: RigConfig, wires: Callable[[], Sequence[str]] | None = None) -> Watching:
+    """Who watches a session of this rig. `wires`: their names, if they are not to be looked up now."""
     writers = (Writer.SUPERVISOR, Writer.GUARDIAN)
     if not compose.outlives_the_loop(rig):
         return Watching(watcher_process, writers, None)
-    return Watching(watcher_process, writers, lambda: second_path(rig), lambda: Heir(heir_process, rig))
+    if wires is None:
+        found = compose.wires_of(rig)
+        wires = lambda: found  # noqa: E731
+    return Watching(watcher_process, writers, lambda: second_path(rig, wires), lambda: Heir(heir_process, rig))
 
 
-def second_path(rig: RigConfig) -> SecondPath:
+def second_path(rig: RigConfig, wires: Callable[[], Sequence[str]]) -> SecondPath:
     """This process's own way to the rig's device, made when it is used: what goes wrong then is a failed attempt and
     not the end."""
     path = functools.cache(lambda: SecondPath.of(outside(rig)))
-    return SecondPath(lambda: path().safe(), lambda: path().holds_safe(), lambda: path().close())
+    return SecondPath(
+        lambda: path().safe(),
+        lambda: path().holds_safe(),
+        lambda: path().close(),
+        lambda: wire_locks.making_safe(wires(), os.getpid(), watcher=False),
+    )
 
 
 def make_safe(rig: RigConfig) -> Outcome:
@@ -62,17 +71,19 @@ def make_safe(rig: RigConfig) -> Outcome:
 def parts_of(rig: RigConfig, *, virtual: bool = False) -> SessionParts:
     """What the daemon's session monitor needs to make the processes of this rig. A virtual rig moves nothing and has no
     supervisor."""
+    wires = functools.cache(lambda: compose.wires_of(rig))
     return SessionParts(
         rig=rig,
         loop=loop_process,
-        watching=None if virtual else watching(rig),
+        watching=None if virtual else watching(rig, wires),
         simulated=compose.is_simulated(rig),
         virtual=virtual,
         warnings=lambda: _warnings(rig),
         sweeps=(shipped.configs() / "sweeps",),
         models=(shipped.configs() / "models",),
         simulator=_own_model(rig) if compose.is_simulated(rig) else None,
-        driver=driver_of(rig, os.getpid()),  # its own loop, which holds the wires in its name, is not meant
+        # its own loop, which holds the wires in its name, is not meant
+        driver=lambda: wire_locks.who_drives(wires(), os.getpid()),
     )
 
 

@@ -7,7 +7,7 @@ import os
 import signal
 import sys
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from multiprocessing.connection import Connection
 from typing import Any, Final
 
@@ -64,10 +64,11 @@ def watcher_process(setup: WatcherSetup, pipe: Connection) -> None:
     stay(setup.writer)
     rig: RigConfig = setup.rig
     device = outside(rig, setup.options)
+    path = SecondPath.of(device, claim_of(compose.wires_of(rig), os.getppid()))
     try:
         block = SafeBlock.attach(setup.block, setup.session)
         alone = GoesOnAlone(rig, block, setup.writer)
-        supervisor = _supervisor(setup, rig, block, device, alone)
+        supervisor = _supervisor(setup, rig, block, path, alone)
     except StateError as error:
         tell_commander(pipe, "state", str(error))
         return
@@ -78,7 +79,7 @@ def watcher_process(setup: WatcherSetup, pipe: Connection) -> None:
     try:
         verdict = supervisor.run()
         if block.report(setup.writer).outcome is Outcome.FAILED and alone.commander_tries():
-            stand_by(block, setup.writer, alone, SecondPath.of(device))  # he may be lost later than the loop
+            stand_by(block, setup.writer, alone, path)  # he may be lost later than the loop
         if verdict is not LoopVerdict.WATCHING and (setup.speaks or alone.since_s):
             speak(block, setup.writer)
     finally:
@@ -166,13 +167,13 @@ def _tell(block: SafeBlock, writer: Writer, outcome: Outcome) -> None:
 
 
 def _supervisor(
-    setup: WatcherSetup, rig: RigConfig, block: SafeBlock, device: Device, goes_on: Callable[[], bool]
+    setup: WatcherSetup, rig: RigConfig, block: SafeBlock, path: SecondPath, goes_on: Callable[[], bool]
 ) -> Supervisor:
     """The guardian has twice the supervisor's patience, at least its own, and gives the others as long for a loop that
     has ended."""
     ring, loop = Ring.attach(setup.ring, setup.session), WatchedProcess(setup.pid)
-    path = SecondPath.of(device) if compose.outlives_the_loop(rig) else None
-    authority = SafeStateAuthority(setup.writer, block, ring, loop, path, goes_on)
+    own = path if compose.outlives_the_loop(rig) else None
+    authority = SafeStateAuthority(setup.writer, block, ring, loop, own, goes_on)
     patience_ns = setup.patience_ns or patience_periods(rig) * rig.period_ns - rig.period_ns // _SOONER
     grace_ns = 0
     if setup.writer is Writer.GUARDIAN:
@@ -211,6 +212,11 @@ def outside(rig: RigConfig, options: Mapping[str, Any] | None = None) -> Device:
     """The rig's device for somebody who makes it safe beside whoever drives it, or in his place."""
     driver = driver_of(rig)
     return compose.make_device(rig, MonotonicClock(), options, driven=lambda: bool(driver()))
+
+
+def claim_of(wires: Sequence[str], commander: int) -> Callable[[], contextlib.AbstractContextManager[None]]:
+    """What a watcher holds while it writes in the place of a process of `commander`: nobody else drives meanwhile."""
+    return lambda: wire_locks.making_safe(wires, commander)
 
 
 def driver_of(rig: RigConfig, but: int | None = None) -> Callable[[], str]:

@@ -272,28 +272,40 @@ class SecondPath:
     """Whether it stands there by the device's own word; None when the device cannot tell."""
     close: Callable[[], None] = lambda: None
     """Let go of the device, whose outputs stay."""
+    claim: Callable[[], contextlib.AbstractContextManager[None]] = contextlib.nullcontext
+    """Held while it is written in the place of a process that is lost; raises when somebody else drives the device by
+    now."""
 
     @classmethod
-    def of(cls, device: Device) -> Self:
+    def of(
+        cls, device: Device, claim: Callable[[], contextlib.AbstractContextManager[None]] = contextlib.nullcontext
+    ) -> Self:
         """The calls of a device of this process."""
-        return cls(device.safe, abilities_of(device).holds_safe, device.close)
+        return cls(device.safe, abilities_of(device).holds_safe, device.close, claim)
 
 
 def write_and_look(path: SecondPath) -> Outcome:
-    """One attempt. Whatever a driver raises is a failed attempt: others must follow."""
+    """One attempt, in the place of a process that is lost. Whatever a driver raises is a failed attempt: others must
+    follow."""
+    return _attempt(path, path.claim)
+
+
+def _attempt(path: SecondPath, claim: Callable[[], contextlib.AbstractContextManager[None]]) -> Outcome:
     try:
-        path.safe()
+        with claim():
+            path.safe()
     except Exception:  # noqa: BLE001  # a bug of a driver must not be the end of the attempts
         return Outcome.FAILED
     return look(path)
 
 
 def insist(path: SecondPath, patience_s: float, beat: Callable[[], None] = lambda: None) -> Outcome:
-    """Attempts until the device has taken it, or for `patience_s`; `beat` is called before each. FAILED: it has not."""
+    """Attempts by somebody's own word, until the device has taken it, or for `patience_s`; `beat` is called before
+    each. FAILED: it has not."""
     deadline = time.monotonic() + patience_s
     while True:
         beat()
-        outcome = write_and_look(path)
+        outcome = _attempt(path, contextlib.nullcontext)
         if outcome >= Outcome.WRITTEN or time.monotonic() > deadline:
             return outcome
         time.sleep(RETRY_S)

@@ -8,7 +8,8 @@ order: the loop, the supervisor, this process, the guardian, the device's own wa
 import math
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from contextlib import nullcontext
+from dataclasses import dataclass, field, replace
 from functools import partial
 from multiprocessing.process import BaseProcess
 from typing import Final
@@ -265,6 +266,8 @@ class ProcessWatch:
 
     def _take_over(self, verdict: LoopVerdict) -> None:
         path = None if self._second_path is None else self._second_path()
+        if path is not None and self._demanded_ns:  # somebody wants it written, whoever drives by now
+            path = replace(path, claim=nullcontext)
         authority = SafeStateAuthority(Writer.CONTROL, self._watchers.block, self._ring, self._descriptor, path)
         authority.take_over(verdict)
         if path is not None:

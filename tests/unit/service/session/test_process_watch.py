@@ -9,6 +9,7 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager
 from types import SimpleNamespace
 from typing import Any, cast
 
@@ -202,6 +203,29 @@ def test_a_supervisor_that_works_gets_its_time_and_is_believed(bench: Bench) -> 
     time.sleep(2 * LOOP_PATIENCE_S)
     watch.look()
     assert bench.wrote_while_alive == []
+
+
+@pytest.mark.parametrize("demanded", [False, True])
+def test_beside_somebody_else_who_drives_by_now_it_writes_by_an_operator_s_word_alone(
+    bench: Bench, demanded: bool
+) -> None:
+    """A daemon that was stopped, and goes on beside the next one, wrote into that one's sweep for as long as its own
+    fault stood."""
+    refused = threading.Event()
+
+    def claim() -> AbstractContextManager[None]:
+        refused.set()
+        raise DeviceError("driven by process 12")
+
+    watch = bench.watch(lambda: SecondPath(bench.safe, lambda: True, claim=claim))
+    bench.supervisor_works = False
+    if demanded:
+        watch.demand(Fault.ESTOP)
+    bench.loop.end()
+    until(watch, lambda: watch.safe.safe if demanded else refused.is_set())
+    assert bool(bench.wrote_while_alive) is demanded
+    bench.block.release()
+    watch.close()
 
 
 def test_whoever_still_takes_over_at_the_end_comes_to_the_end_of_it(bench: Bench) -> None:
