@@ -13,7 +13,7 @@ import tempfile
 from pathlib import Path
 from typing import Final
 
-from drivers.io_process.mailbox import IoMailbox, attach, is_held
+from drivers.io_process.mailbox import IoMailbox, attach, is_held, remove
 from rig.errors import DeviceLost
 
 _ACCESS_LIST: Final = "system.posix_acl_access"
@@ -22,6 +22,12 @@ _ACCESS_LIST: Final = "system.posix_acl_access"
 def path_for(resource: str) -> Path:
     """Where this user's mailbox of a wire lies: a file that a dead process of another user left is in nobody's way."""
     return _folder() / f"pamrigio-{os.getuid()}-{_named(resource)}"
+
+
+def remove_left() -> None:
+    """Remove what I/O processes of this user, of whatever wire, left behind that were killed with their owners."""
+    for path in _folder().glob(f"pamrigio-{os.getuid()}-*"):
+        remove(path)
 
 
 def _folder() -> Path:

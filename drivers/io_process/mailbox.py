@@ -141,6 +141,10 @@ _REPORT_AT: Final = 512
 _ALARM_AT: Final = 16
 _SERVED_AT: Final = 24
 _SIZE: Final = 4096
+_LOOKED_AT_S: Final = 0.05
+"""Who only asks whether somebody lives behind a mailbox, or removes it, has its lock so long at most, unless this
+machine keeps him from his processor."""
+_LOOK_S: Final = 0.001
 _SEEN_BY_ALL: Final = 0o644
 """Who may not write may still see that the lock is held."""
 
@@ -274,6 +278,7 @@ def _int(value: object) -> int:
 def create(path: Path) -> int | None:
     """A fresh, locked mailbox file; returns its descriptor, which carries the lock to whoever inherits it. None: the
     wire is in use. DeviceLost when the file cannot be made."""
+    deadline = time.monotonic() + _LOOKED_AT_S
     while True:
         try:
             descriptor = os.open(path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC | os.O_NOFOLLOW, _SEEN_BY_ALL)
@@ -286,7 +291,10 @@ def create(path: Path) -> int | None:
             fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
             os.close(descriptor)
-            return None
+            if time.monotonic() > deadline:
+                return None
+            time.sleep(_LOOK_S)
+            continue
         if _is_at(descriptor, path):
             break
         os.close(descriptor)  # removed between open and lock
@@ -348,15 +356,17 @@ def remove_own(descriptor: int) -> None:
 
 
 def remove(path: Path) -> None:
-    """Delete the file if nobody lives behind it."""
+    """Delete the file if it is a mailbox of this user's and nobody lives behind it."""
     try:
-        descriptor = os.open(path, os.O_RDWR | os.O_CLOEXEC | os.O_NOFOLLOW)
+        descriptor = os.open(path, os.O_RDWR | os.O_CLOEXEC | os.O_NOFOLLOW | os.O_NONBLOCK)
     except OSError:
         return
     with contextlib.suppress(OSError):  # in use again, or gone: both are fine
-        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        if _is_at(descriptor, path):
-            path.unlink()
+        found = os.fstat(descriptor)
+        if stat.S_ISREG(found.st_mode) and found.st_uid == os.geteuid():
+            fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            if _is_at(descriptor, path):
+                path.unlink()
     os.close(descriptor)
 
 

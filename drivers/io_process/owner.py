@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Final
 
 from drivers.io_process.alarm import LOOK_S, NOT_YET, is_stopped, let_go_on
-from drivers.io_process.lookup import find, path_for, user_of
+from drivers.io_process.lookup import find, path_for, remove_left, user_of
 from drivers.io_process.mailbox import IoMailbox, LinkState, OutputsMode, Report, Trip, create, mapped, remove
 from drivers.io_process.worker import WorkerSetup
 from rig.errors import DeviceError, DeviceLost, DevicePending, WatchdogTripped
@@ -58,6 +58,7 @@ class IoProcess:
     def start(self) -> Mapping[str, str]:
         """Start the process and wait until it has the wire; its facts. DeviceLost says in one line why not;
         WatchdogTripped: to who only looks."""
+        remove_left()
         self._begin(self._job)
         return self.await_start()
 
