@@ -49,9 +49,9 @@ class Ring:
         """A fresh ring of `capacity` samples; `owner` says to whoever finds it whose it is."""
         block = SharedBlock.create(name, session, _WORDS * 8 + _TEXT_BYTES + capacity * _SLOT + _OWNER_BYTES)
         block.words[_CAPACITY] = capacity
-        packed = owner.encode("utf-8", "surrogateescape")[: _OWNER_BYTES - 1]
-        block.bytes[_START + capacity * _SLOT :][: len(packed)] = packed
-        return cls(block)
+        ring = cls(block)
+        ring.owner = owner
+        return ring
 
     @classmethod
     def private(cls, capacity: int = 1) -> Self:
@@ -67,9 +67,14 @@ class Ring:
 
     @property
     def owner(self) -> str:
-        """What `create` was given as its owner; empty for a ring of nobody in particular."""
+        """Whose it is, as its maker says it; empty for a ring of nobody in particular."""
         text = bytes(self.block.bytes[_START + self.capacity * _SLOT :][:_OWNER_BYTES])
         return text.partition(b"\0")[0].decode("utf-8", "surrogateescape")
+
+    @owner.setter
+    def owner(self, said: str) -> None:
+        packed = said.encode("utf-8", "surrogateescape")[: _OWNER_BYTES - 1]
+        self.block.bytes[_START + self.capacity * _SLOT :][:_OWNER_BYTES] = packed.ljust(_OWNER_BYTES, b"\0")
 
     @property
     def head(self) -> int:

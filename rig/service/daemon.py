@@ -233,6 +233,8 @@ class Daemon:
                 _LOG.warning("%s %s", self._settings.socket, found)
             said = found
             if await aside_or_here(self._state.came_back):
+                with contextlib.suppress(OSError):  # gone again
+                    self._monitor.belong_to(str(Owner.of(self._settings.state, self._parts.rig.name)))
                 await self._runner.keep()
 
     # commands

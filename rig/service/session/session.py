@@ -71,11 +71,10 @@ class Session:
         options: Mapping[str, Any] | None = None,
         watching: Watching | None = None,
         ring_suffix: str = "-ring",
-        owner: str = "",
     ) -> None:
         """Without `watching` nobody stands above the loop: for a plant that lives in the loop's process.
 
-        Rings whose name ends with KEPT_RING are kept for the black box of their `owner` when their session is dead.
+        Rings whose name ends with KEPT_RING are kept for the black box of their owner when their session is dead.
         """
         self.id = secrets.randbits(63)
         self.facts: dict[str, Any] = {}
@@ -87,7 +86,7 @@ class Session:
         self.swept = f"{SWEPT} {counted(swept, 'block')} of processes that were killed" if swept else ""
         """What of dead processes lay in shared memory, and was removed, in words."""
         name = f"{self.id:016x}"
-        self.ring = Ring.create(f"{name}{ring_suffix}", self.id, CAPACITY, owner)
+        self.ring = Ring.create(f"{name}{ring_suffix}", self.id, CAPACITY)
         self.mailbox = Mailbox.create(f"{name}-mailbox", self.id)
         self.watchers = Watchers(self.id, self.ring, rig, self._options)
         self._blocks: list[SharedBlock] = [self.ring.block, self.mailbox.block]

@@ -65,8 +65,9 @@ class SessionMonitor:
         try:
             session = self._opening = Session(
                 parts.loop, parts.rig, virtual=parts.virtual,
-                watching=parts.watching, ring_suffix=KEPT_RING, owner=self._owner,
+                watching=parts.watching, ring_suffix=KEPT_RING,
             )  # fmt: skip
+            session.ring.owner = self._owner
             if session.swept:
                 _LOG.info("%s", session.swept)
             if self.estops != estops:
@@ -100,6 +101,13 @@ class SessionMonitor:
     def _second_path(self) -> PathMaker | None:
         """This process's own way to the device; None where the plant ends with the loop's process."""
         return self._parts.watching.second_path if self._parts.watching is not None else None
+
+    def belong_to(self, owner: str) -> None:
+        """Another owner for the session that stands, or comes to be, and for those after it."""
+        self._owner = owner
+        for session in (self._opening, self.session):
+            if session is not None:
+                session.ring.owner = owner
 
     def begin_close(self) -> None:
         """Let the loop leave through the safe state, without waiting for it; `close` does the rest."""

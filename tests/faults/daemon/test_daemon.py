@@ -2,6 +2,7 @@
 
 import json
 import os
+import shutil
 import signal
 import threading
 import time
@@ -14,7 +15,11 @@ from hil.faults import Injection
 from rig.cli.service import daemon as cli_daemon
 from rig.errors import RigError, StateError
 from rig.qualify.faults.bench import SAFE_MPA, FaultBench
+from rig.realtime.ring import Ring
+from rig.realtime.shared import KEPT_RING
+from rig.realtime.shared import folder as shared_folder
 from rig.service.client import Client
+from rig.service.records.blackbox import Owner
 from rig.service.records.ledger import Ledger
 
 pytest_plugins = "support.rigs.daemon_rig"
@@ -302,6 +307,23 @@ def test_a_state_folder_that_is_away_for_a_while_loses_nothing(bench: FaultBench
     bench.wait(lambda: any("estop" in box for box in client.status()["black_boxes"]), "the black box")
     kept = json.loads((bench.state / "queue.json").read_text())
     assert [job["state"] for job in kept["jobs"] if job["name"] == bench.sweep.stem][-1] == "stopped"
+
+
+def test_a_daemon_whose_state_folder_was_removed_leaves_its_black_box_to_the_next(
+    bench: FaultBench, client: Client
+) -> None:
+    """The ring of its session went on to name the folder of before: the next daemon took it for another's."""
+    client.arm()
+    client.start(bench.sweep)
+    bench.wait(lambda: client.status()["record"], "the record")
+    ring = Ring.attach(shared_folder() / f"pamrig-{client.status()['session']}{KEPT_RING}")
+    shutil.rmtree(bench.state)
+    bench.wait(lambda: bench.state.exists() and Owner.read(ring).folder == Owner.of(bench.state, "").folder, "its name")
+    client.close()
+    bench.send("control", signal.SIGKILL)
+    bench.wait(lambda: not bench.alive, "its end")
+    bench.start()
+    assert [box for box in bench.status()["black_boxes"] if Path(box).exists()]
 
 
 def test_ended_daemons_leave_no_shared_memory(bench: FaultBench) -> None:
