@@ -82,8 +82,8 @@ class ModbusIo(Abilities):
             p50_s, p99_s = round_trip(stations)
             mode = self._choose(p99_s)
             facts |= {"round_trip_us": f"p50 {p50_s * 1e6:.0f}, p99 {p99_s * 1e6:.0f}", "mode": mode.value}
-        except BaseException:  # whatever it was: nobody else knows of this line
-            stations.close(disarm=False)
+        except BaseException:  # whatever it was: nobody else knows of this line, nor feeds the watchdog behind it
+            stations.close(disarm=stations.armed)
             raise
         if mode is ExchangeMode.PROCESS and not self._plan.looking:  # a process would write
             stations.close()

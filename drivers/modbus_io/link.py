@@ -213,7 +213,8 @@ class ModbusLink:
         """Let go of the line; a fail-safe that would change outputs that are `settled` is stopped."""
         stations, self._stations = self._stations, None
         if stations is not None:
-            stations.close(disarm=settled, get_ready=self._settle)
+            ours = stations.armed or self._was_up  # else it may be another module's, and none of our business
+            stations.close(disarm=settled and ours, get_ready=self._settle)
             self._loop.run_until_complete(asyncio.sleep(0))
 
 

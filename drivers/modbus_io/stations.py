@@ -23,6 +23,8 @@ class Stations:
 
     def __init__(self, outputs: ModbusSession, inputs: ModbusSession, plan: ExchangePlan) -> None:
         self.outputs, self.inputs, self.plan = outputs, inputs, plan
+        self.armed = False
+        """The fail-safe has been armed by these, or is just being armed."""
 
     @classmethod
     def on_tcp(cls, settings: ModbusSettings, plan: ExchangePlan, reply_s: float) -> "Stations":
@@ -63,6 +65,7 @@ class Stations:
         """Arm the output module's fail-safe, where it has one. Outputs stay. Numbers are counts by place."""
         if not self.plan.writes or self.plan.looking:
             return {}
+        self.armed = True
         by_channel = {channel: safe_numbers[place] for place, channel in self.plan.driven.items()}
         return failsafe.arm(self.outputs, self.plan.module, self.plan.unit, watchdog_s, by_channel)
 

@@ -6,6 +6,7 @@ Nothing heavy is imported here: it runs on the controller.
 
 import contextlib
 import ctypes
+import multiprocessing
 import os
 import signal
 import sys
@@ -43,22 +44,70 @@ def loop_process(setup: LoopSetup, pipe: Connection) -> None:
         signal.signal(number, signal.SIG_IGN)  # the terminal's Ctrl-C and Ctrl-Z are for the process that commands
     name_process("loop")
     ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGHUP)  # if that process is killed, end safe, and know why
+    commander = multiprocessing.parent_process()
+    if commander is not None and not commander.is_alive():
+        return  # killed before the kernel could be told: nobody wants the device opened
+    ending = _Ending()
+    for number in (signal.SIGTERM, signal.SIGHUP):
+        signal.signal(number, ending)
     try:
-        loop, facts = _prepare(setup)
+        _live(setup, pipe, ending)
+    except _NotWanted as end:
+        signal.signal(end.number, signal.SIG_DFL)
+        signal.raise_signal(end.number)  # for whoever asks how it ended
+
+
+def _live(setup: LoopSetup, pipe: Connection, ending: "_Ending") -> None:
+    try:
+        loop, facts = _prepare(setup, ending)
     except RigError as error:
         tell_commander(pipe, "device" if isinstance(error, DeviceError) else "config", str(error))
         return
     except Exception as error:  # noqa: BLE001  # of a driver: one line instead of a traceback
         tell_commander(pipe, "error", f"the loop was not ready by an error of the program: {_one_line(error)}")
         sys.exit(1)
-    signal.signal(signal.SIGTERM, lambda *_: loop.terminate(Fault.TERMINATED))
-    signal.signal(signal.SIGHUP, lambda *_: loop.terminate(Fault.CONTROL_LOST))
     tell_commander(pipe, "ready", facts)
     try:
         _tick_when_told(loop, pipe)
     finally:  # it has left: a signal that comes while the interpreter ends is not to look like what ended it
         for number in (signal.SIGTERM, signal.SIGHUP):
             signal.signal(number, signal.SIG_IGN)
+
+
+class _NotWanted(BaseException):
+    """Whoever commands wants the loop to end, or is gone, before it has its device: no error for a driver to catch."""
+
+    def __init__(self, number: int) -> None:
+        super().__init__(number)
+        self.number = number
+
+
+class _Ending:
+    """What SIGTERM, and the end of the process that commands, do to a loop. One that has its device leaves in good
+    order; one that has not gives up opening it, and closes what it has of it: a watchdog of the device would be left
+    armed, with nobody to feed it."""
+
+    def __init__(self) -> None:
+        self._loop: Loop | None = None
+        self._raises = True
+
+    def __call__(self, number: int, _: object) -> None:
+        if self._raises:
+            self._raises = False  # once: closing it is not to be interrupted
+            raise _NotWanted(number)
+        if self._loop is not None:
+            self._loop.terminate(Fault.CONTROL_LOST if number == signal.SIGHUP else Fault.TERMINATED)
+
+    def opened(self, device: Device, loop: Loop) -> dict[str, str]:
+        """Open the device of the loop; its facts."""
+        self._loop = loop
+        try:
+            facts = dict(device.open())
+            self._raises = False
+        except _NotWanted:
+            device.close()
+            raise
+        return facts
 
 
 def _tick_when_told(loop: Loop, pipe: Connection) -> None:
@@ -88,7 +137,7 @@ def _one_line(error: BaseException) -> str:
     return f"{type(error).__name__}: {' '.join(str(error).split())} ({Path(where.filename).name}, line {where.lineno})"
 
 
-def _prepare(setup: LoopSetup) -> tuple[Loop, dict[str, Any]]:
+def _prepare(setup: LoopSetup, ending: _Ending) -> tuple[Loop, dict[str, Any]]:
     ring = Ring.attach(setup.ring, setup.session)
     mailbox = Mailbox.attach(setup.mailbox, setup.session)
     rig: RigConfig = setup.rig
@@ -105,7 +154,7 @@ def _prepare(setup: LoopSetup) -> tuple[Loop, dict[str, Any]]:
     rehearse_for(loop, waiting)
     if not setup.virtual:
         wire_locks.hold(wires_of(rig), os.getppid())  # until this process is gone
-    facts: dict[str, Any] = {"device": dict(device.open())}
+    facts: dict[str, Any] = {"device": ending.opened(device, loop)}
     facts["realtime"] = {} if setup.virtual else measures.apply(rig.realtime)
     facts["wall_offset_ns"] = time.time_ns() - clock.now_ns()
     return loop, facts

@@ -10,6 +10,7 @@ import pytest
 from support.rigs import fieldbus_rigs as rigs
 from support.rigs.faulty_modbus import error_of, heal, made, told
 
+from drivers.modbus_io import device as modbus_device
 from drivers.modbus_io.device import ModbusIo
 from drivers.modbus_io.link import ModbusLink
 from drivers.modbus_io.settings import ExchangeMode
@@ -153,6 +154,22 @@ def test_the_loop_itself_asks_again_as_well(tcp: Emulation) -> None:
     tcp.trouble("io", refuse_next=1)
     device.close()
     assert not rigs.soon(lambda: told(tcp) != rigs.SAFE, 0.6)
+
+
+@pytest.mark.parametrize("error", [DeviceError("late"), KeyboardInterrupt()])
+def test_an_opening_that_comes_to_no_end_leaves_no_watchdog_behind(
+    tcp: Emulation, error: BaseException, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Armed, and given up while its round trip was measured: what had stood for hours went to 0 MPa."""
+    tcp.leave_at(0.25, 0.15)
+
+    def given_up(_: object) -> None:
+        raise error
+
+    monkeypatch.setattr(modbus_device, "round_trip", given_up)
+    with pytest.raises(type(error)):
+        made(tcp, watchdog_s=0.3).open()
+    assert not rigs.soon(lambda: told(tcp) != (0.25, 0.15), 0.6)
 
 
 def test_who_has_not_come_to_the_outputs_leaves_the_watchdog_on(tcp: Emulation, link: ModbusLink) -> None:
