@@ -73,9 +73,9 @@ class Daemon:
         self._parts, self._settings = parts, settings
         self._owner = Owner.of(settings.state, parts.rig.name)
         self._monitor = SessionMonitor(parts, settings.force, str(self._owner))
-        self._queue = Queue(settings.state / "queue.json", self._state.check)
-        self._operating = OperatingTime(settings.operating_time, check=self._state.check)
-        self._ledger = Ledger(settings.ledger, self._operating.s, self._state.check)
+        self._queue = Queue(self._state.file(settings.state / "queue.json"))
+        self._operating = OperatingTime(self._state.file(settings.operating_time))
+        self._ledger = Ledger(self._state.file(settings.ledger), self._operating.s)
         self._disks = DiskWork()
         self._retention = Retention(self._ledger, settings.retention, self._operating, self._disks)
         self._runner = QueueRunner(self._monitor, self._queue, parts.rig, settings, self._ledger, self._disks)

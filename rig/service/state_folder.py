@@ -13,6 +13,7 @@ from typing import Final
 
 from rig.errors import RigError
 from rig.service.connections import socket_access
+from rig.service.records.durable_file import DurableFile
 from rig.service.settings import make_daemon_folder
 
 _LOG: Final = logging.getLogger("pamrig")
@@ -44,6 +45,10 @@ class StateFolder:
             held.append(os.open(self._path, os.O_RDONLY | os.O_DIRECTORY | os.O_CLOEXEC))
             given_up.pop_all()
         return held
+
+    def file(self, path: Path) -> DurableFile:
+        """A file in it, which is written only while it is this daemon's."""
+        return DurableFile(path, self.check)
 
     def check(self) -> None:
         """To be asked before each write. RigError when what lies at its place is not the folder that this daemon has;

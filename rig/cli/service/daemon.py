@@ -139,6 +139,7 @@ def _logging() -> Iterator[None]:
 def _say_what_would_go(settings: "DaemonSettings") -> None:
     from datetime import UTC, datetime
 
+    from rig.service.records.durable_file import DurableFile
     from rig.service.records.ledger import Ledger
     from rig.service.records.operating_time import OperatingTime
 
@@ -146,7 +147,8 @@ def _say_what_would_go(settings: "DaemonSettings") -> None:
     if settings.retention.off:
         say("retention is off: no record is ever removed (set keep_gb or keep_days in the daemon's settings)")
         return
-    entries, operating_s = Ledger(settings.ledger).entries, OperatingTime(settings.operating_time).s()
+    entries = Ledger(DurableFile(settings.ledger)).entries
+    operating_s = OperatingTime(DurableFile(settings.operating_time)).s()
     due = settings.retention.due(entries, operating_s)
     for entry in due:
         say(

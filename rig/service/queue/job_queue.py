@@ -3,7 +3,7 @@ nothing."""
 
 import json
 import threading
-from collections.abc import Callable, Collection, Iterator
+from collections.abc import Collection, Iterator
 from dataclasses import asdict, dataclass, field, fields
 from enum import StrEnum
 from pathlib import Path
@@ -13,7 +13,7 @@ from rig.config import structure
 from rig.errors import ConfigError, RigError
 from rig.fields import bounded
 from rig.number_text import counted
-from rig.service.records.durable_file import anywhere, put_aside, write_durably
+from rig.service.records.durable_file import DurableFile
 
 MOST_OPEN = 200
 """So many sweeps may wait: each stands in every status."""
@@ -82,23 +82,23 @@ class Job:
 class Queue:
     """Jobs in order. Every change is on the disk before the call returns; any thread may make one."""
 
-    def __init__(self, path: Path, check: Callable[[], None] = anywhere) -> None:
-        self._path, self._check = path, check
+    def __init__(self, file: DurableFile) -> None:
+        self._file = file
         self.jobs: list[Job] = []
         self._last_id = 0
         self._saving = threading.Lock()
-        if path.exists():
+        if file.path.exists():
             self._load()
 
     def _load(self) -> None:
         """What a former daemon left; a job that ran then was stopped by the restart."""
         try:
-            kept = _kept(json.loads(self._path.read_text(encoding="utf-8")))
+            kept = _kept(json.loads(self._file.path.read_text(encoding="utf-8")))
             self.jobs, self._last_id = kept.jobs, kept.last_id
         except ConfigError as error:
-            put_aside(self._path, str(error))
+            self._file.put_aside(str(error))
         except (OSError, ValueError, RecursionError):
-            put_aside(self._path)
+            self._file.put_aside()
         for job in self.jobs:
             if job.state is JobState.RUNNING:
                 job.state, job.error = JobState.STOPPED, "the daemon ended while it ran"
@@ -159,15 +159,11 @@ class Queue:
     def save(self) -> None:
         """Onto the disk, whole or not at all. RigError when the folder takes nothing."""
         with self._saving:
-            self._check()
-            self._save()
-
-    def _save(self) -> None:
-        over = [job for job in self.jobs if not job.open]
-        for job in over[: max(len(over) - KEPT_DONE, 0)]:
-            self.jobs.remove(job)
-        text = json.dumps({"last_id": self._last_id, "jobs": list(self.to_json())}, indent=1)
-        write_durably(self._path, text, "the queue cannot be saved")
+            over = [job for job in self.jobs if not job.open]
+            for job in over[: max(len(over) - KEPT_DONE, 0)]:
+                self.jobs.remove(job)
+            text = json.dumps({"last_id": self._last_id, "jobs": list(self.to_json())}, indent=1)
+            self._file.replace(text, "the queue cannot be saved")
 
     def to_json(self) -> Iterator[dict[str, Any]]:
         """Every job as plain data."""

@@ -19,7 +19,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from rig.errors import RigError
-from rig.service.records.durable_file import anywhere, put_aside, write_durably
+from rig.service.records.durable_file import DurableFile
 
 _ROUNDED_NS: Final = 2_000_000_000
 """FAT keeps the time of a write to 2 s, and forgets the rest once the file has left the cache."""
@@ -65,13 +65,10 @@ class Ledger:
     Nothing is held in memory: a daemon that records for a month needs no more of it than one that has just begun.
     """
 
-    def __init__(
-        self, path: Path, operating_s: Callable[[], float] = lambda: 0.0, check: Callable[[], None] = anywhere
-    ) -> None:
+    def __init__(self, file: DurableFile, operating_s: Callable[[], float] = lambda: 0.0) -> None:
         """`operating_s`: how long the daemon has run, over all its starts; who only reads needs none."""
-        self._path, self._operating_s, self._check = path, operating_s, check
+        self._file, self._operating_s = file, operating_s
         self._writing = threading.Lock()
-        self._broken = False
         self._read()
 
     @property
@@ -95,48 +92,24 @@ class Ledger:
             str(path), seen.st_dev, seen.st_ino, seen.st_size, time.time(), self._operating_s(), seen.st_mtime_ns
         )
         with self._writing:
-            self._check()
-            self._append(_line(entry))
+            self._file.append(_line(entry))
 
     def forget(self, paths: list[str]) -> None:
         """Leave out entries whose files are gone, and write the rest anew. RigError when that cannot be written."""
         with self._writing:
-            self._check()
             kept = [entry for path, entry in self._read().items() if path not in set(paths)]
-            self._put_aside()
-            write_durably(self._path, "".join(map(_line, kept)))
-
-    def _append(self, line: str) -> None:
-        """The whole line or nothing of it: half a line, on a disk that was full, would make all of it unreadable."""
-        self._put_aside()
-        whole = None
-        try:
-            with self._path.open("a", encoding="utf-8") as file:
-                whole = self._path.stat().st_size
-                file.write(line)
-                file.flush()
-                os.fsync(file.fileno())
-        except OSError as error:
-            if whole is not None:
-                with suppress(OSError):
-                    os.truncate(self._path, whole)
-            raise RigError(f"{self._path}: cannot be written: {error.strerror}") from None
-
-    def _put_aside(self) -> None:
-        """A broken ledger, only now that something is written: who merely looks changes nothing."""
-        if self._broken:
-            put_aside(self._path)
-            self._broken = False
+            self._file.replace("".join(map(_line, kept)))
 
     def _read(self) -> dict[str, LedgerEntry]:
         """By path, the last entry of each; none of a file that is not there, or is broken."""
+        self._file.unreadable = False  # it may have been another's that lay here before
         try:
-            lines = self._path.read_text(encoding="utf-8").splitlines()
+            lines = self._file.path.read_text(encoding="utf-8").splitlines()
             entries = [_entry(json.loads(line)) for line in lines]
         except FileNotFoundError:
             return {}
         except (OSError, ValueError, TypeError, OverflowError, RecursionError):
-            self._broken = True
+            self._file.unreadable = True
             return {}
         last = {entry.path: number for number, entry in enumerate(entries)}
         return {entry.path: entry for number, entry in enumerate(entries) if last[entry.path] == number}

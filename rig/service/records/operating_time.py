@@ -10,33 +10,26 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
-from rig.service.records.durable_file import anywhere, put_aside, write_durably
+from rig.service.records.durable_file import DurableFile
 
 
 class OperatingTime:
     """An operating-hours counter, kept in a file of the daemon's state folder. Only the daemon `save`s."""
 
-    def __init__(
-        self, path: Path, clock_s: Callable[[], float] = time.monotonic, check: Callable[[], None] = anywhere
-    ) -> None:
+    def __init__(self, file: DurableFile, clock_s: Callable[[], float] = time.monotonic) -> None:
         """Begins where the file ends; at 0 when there is none, or it holds something else: then nothing is old."""
-        self._path, self._clock_s, self._check = path, clock_s, check
+        self._file, self._clock_s = file, clock_s
         self._began_s = clock_s()
-        before_s = _read(path)
-        self._before_s, self._broken = before_s or 0.0, before_s is None
+        before_s = _read(file.path)
+        self._before_s, file.unreadable = before_s or 0.0, before_s is None
 
     def s(self) -> float:
         """Seconds so far. Any thread may ask."""
         return self._before_s + self._clock_s() - self._began_s
 
     def save(self) -> None:
-        """Onto the disk, whole or not at all; a file that held something else is put aside, only now that something is
-        written. RigError when the folder takes nothing."""
-        self._check()
-        if self._broken:
-            put_aside(self._path)
-            self._broken = False
-        write_durably(self._path, json.dumps({"operating_s": self.s()}))
+        """Onto the disk, whole or not at all. RigError when the folder takes nothing."""
+        self._file.replace(json.dumps({"operating_s": self.s()}))
 
 
 def _read(path: Path) -> float | None:

@@ -15,7 +15,6 @@ from rig.realtime.safe_state import Outcome
 from rig.realtime.state import State
 from rig.service.aside import END_S, aside
 from rig.service.records import blackbox
-from rig.service.records.durable_file import anywhere
 from rig.service.session.session_monitor import SessionMonitor
 
 AGAIN_S: Final = 5.0
@@ -29,9 +28,10 @@ class FaultReports:
     """Looks at the session's fault and safe state, and tells each change once."""
 
     def __init__(
-        self, monitor: SessionMonitor, folder: Path, hold: Callable[[], None], check: Callable[[], None] = anywhere
+        self, monitor: SessionMonitor, folder: Path, hold: Callable[[], None], check: Callable[[], None] = lambda: None
     ) -> None:
-        """Black boxes go into `folder`; `hold` is called for every new fault, before it is told."""
+        """Black boxes go into `folder`, which is asked for by `check` before each; `hold` is called for every new
+        fault, before it is told."""
         self._monitor, self._folder, self._hold, self._check = monitor, folder, hold, check
         self._fault, self._since_s = Fault.NONE, 0.0
         self._safe_words = ""

@@ -20,6 +20,7 @@ from rig.realtime.shared import KEPT_RING
 from rig.realtime.shared import folder as shared_folder
 from rig.service.client import Client
 from rig.service.records.blackbox import Owner
+from rig.service.records.durable_file import DurableFile
 from rig.service.records.ledger import Ledger
 
 pytest_plugins = "support.rigs.daemon_rig"
@@ -50,7 +51,9 @@ def test_arm_start_two_sweeps_with_a_pause_and_disarm(bench: FaultBench, client:
     files = [Path(file) for job in done for file in job["files"]]
     assert len(set(files)) == 4
     assert all(file.stat().st_size > 1000 for file in files)
-    assert {str(file) for file in files} <= {entry.path for entry in Ledger(bench.state / "records.jsonl").entries}
+    assert {str(file) for file in files} <= {
+        entry.path for entry in Ledger(DurableFile(bench.state / "records.jsonl")).entries
+    }
     assert status["state"] == "done"
     client.stop()
     assert client.status()["state"] == "disarmed"

@@ -21,6 +21,7 @@ from rig.service.daemon import Daemon
 from rig.service.queue.job_queue import Queue
 from rig.service.queue.planner import Planner
 from rig.service.queue.queue_runner import QueueRunner
+from rig.service.records.durable_file import DurableFile
 from rig.service.records.operating_time import OperatingTime
 from rig.service.session.session_monitor import SessionMonitor
 from rig.service.settings import DaemonSettings, Web
@@ -82,7 +83,7 @@ def test_what_a_full_disk_did_not_take_of_the_queue_is_kept_at_the_end(
     monkeypatch.setattr(SessionMonitor, "open", lambda _: None)
     monkeypatch.setattr(Planner, "warm", lambda _: asyncio.sleep(0))
     kept = tmp_path / "queue.json"
-    Queue(kept).add(Path("/sweep.yaml"), "long", 2, 1.0, 0.0)
+    Queue(DurableFile(kept)).add(Path("/sweep.yaml"), "long", 2, 1.0, 0.0)
     queues, make = list[Queue](), Queue.__init__
 
     def made(queue: Queue, *given: Any) -> None:
@@ -100,7 +101,7 @@ def test_what_a_full_disk_did_not_take_of_the_queue_is_kept_at_the_end(
         await serving
 
     asyncio.run(serve())
-    assert [job.done for job in Queue(kept).jobs] == [1]
+    assert [job.done for job in Queue(DurableFile(kept)).jobs] == [1]
 
 
 @pytest.mark.parametrize("begun", [(OperatingTime, "save"), (metrics, "write")], ids=["operating time", "metrics"])

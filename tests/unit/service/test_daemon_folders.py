@@ -21,6 +21,7 @@ from rig.service.daemon import Daemon
 from rig.service.processes import start_process
 from rig.service.queue.job_queue import Queue
 from rig.service.queue.planner import Planner
+from rig.service.records.durable_file import DurableFile
 from rig.service.records.ledger import Ledger
 from rig.service.records.operating_time import OperatingTime
 from rig.service.session.session_monitor import SessionMonitor
@@ -50,7 +51,7 @@ def test_a_state_folder_of_everybodys_is_refused(tmp_path: Path) -> None:
 
 def queued(folder: Path) -> list[str]:
     """The sweeps of the queue that is kept there."""
-    return [job.name for job in Queue(folder / "queue.json").jobs]
+    return [job.name for job in Queue(DurableFile(folder / "queue.json")).jobs]
 
 
 def test_a_state_folder_that_is_moved_away_is_written_nowhere_else(
@@ -60,8 +61,8 @@ def test_a_state_folder_that_is_moved_away_is_written_nowhere_else(
     place, record = tmp_path / "state", tmp_path / "sine.mcap"
     record.write_bytes(b"record")
     ours = StateFolder(place)
-    queue, ledger = Queue(place / "queue.json", ours.check), Ledger(place / "records.jsonl", check=ours.check)
-    operating = OperatingTime(place / "operating_time.json", check=ours.check)
+    queue, ledger = Queue(ours.file(place / "queue.json")), Ledger(ours.file(place / "records.jsonl"))
+    operating = OperatingTime(ours.file(place / "operating_time.json"))
     queue.add(Path("/sweep.yaml"), "ours", 1, 1.0, 0.0)
     assert not ours.came_back()
     away = place.rename(tmp_path / "away")
@@ -71,7 +72,7 @@ def test_a_state_folder_that_is_moved_away_is_written_nowhere_else(
     with pytest.raises(StateError, match="another daemon is running with this state folder"):
         StateFolder(away)
     theirs = StateFolder(place)
-    Queue(place / "queue.json", theirs.check).add(Path("/sweep.yaml"), "theirs", 1, 1.0, 0.0)
+    Queue(theirs.file(place / "queue.json")).add(Path("/sweep.yaml"), "theirs", 1, 1.0, 0.0)
     before = {file.name for file in place.iterdir()}
     for write in (queue.save, operating.save, partial(ledger.add, record), partial(ledger.forget, [])):
         with pytest.raises(RigError, match=f"{place}: the daemon's state folder was moved, or its disk taken away"):
@@ -91,7 +92,7 @@ def test_a_state_folder_that_is_moved_away_is_written_nowhere_else(
 def test_a_state_folder_that_is_removed_is_made_anew_for_the_same_daemon(tmp_path: Path) -> None:
     place = tmp_path / "state"
     ours = StateFolder(place)
-    queue = Queue(place / "queue.json", ours.check)
+    queue = Queue(ours.file(place / "queue.json"))
     queue.add(Path("/sweep.yaml"), "ours", 1, 1.0, 0.0)
     shutil.rmtree(place)
     queue.save()

@@ -12,7 +12,7 @@ from typing import Any, Final
 from rig.config import load
 from rig.errors import RigError
 from rig.rig_config import RigConfig
-from rig.service.records.durable_file import put_aside, write_durably
+from rig.service.records.durable_file import DurableFile
 
 Seen = Callable[[dict[str, Any]], str]
 """What of a step can be seen in a status; empty when it cannot be seen to be done."""
@@ -65,7 +65,7 @@ class BringUp:
     """What has been done of them; what an operator confirms is kept in a file."""
 
     def __init__(self, rig: RigConfig, kept: Path) -> None:
-        self._rig, self._kept, self._steps = rig, kept, all_steps()
+        self._rig, self._kept, self._steps = rig, DurableFile(kept), all_steps()
 
     def told(self, status: dict[str, Any]) -> dict[str, Any]:
         """Every step with what is known of it, and the name of the next."""
@@ -80,12 +80,12 @@ class BringUp:
             raise RigError(f"{name[:40]!a}: no such step")
         confirmed = self._confirmed()
         if confirmed is None:
-            put_aside(self._kept)
+            self._kept.put_aside()
         confirmed = confirmed or {}
         confirmed.pop(name, None)
         if done:
             confirmed[name] = {"at_s": time.time(), "by": by}
-        write_durably(self._kept, json.dumps(confirmed))
+        self._kept.replace(json.dumps(confirmed))
 
     def _step(self, step: BringUpStep, status: dict[str, Any], confirmed: Any) -> dict[str, Any]:
         seen = SEEN[step.seen](status)
@@ -107,7 +107,7 @@ class BringUp:
     def _confirmed(self) -> dict[str, Any] | None:
         """By the name of a step; None when the file holds something else."""
         try:
-            read = json.loads(self._kept.read_text(encoding="utf-8"))
+            read = json.loads(self._kept.path.read_text(encoding="utf-8"))
         except FileNotFoundError:
             return {}
         except (OSError, ValueError, RecursionError):

@@ -6,6 +6,7 @@ from typing import Any, cast
 from rig.app.gap.hunt.daemon_jobs import taken
 from rig.service.client import Client
 from rig.service.queue.job_queue import JobState, Queue
+from rig.service.records.durable_file import DurableFile
 
 
 class Done:
@@ -20,7 +21,7 @@ class Done:
 
 def test_a_hunt_takes_every_record_of_a_long_sweep(tmp_path: Path) -> None:
     """A status names the last 50 of them; the others were left out without a word."""
-    queue, sweep, folder = Queue(tmp_path / "queue.json"), tmp_path / "first.yaml", tmp_path / "records"
+    queue, sweep, folder = Queue(DurableFile(tmp_path / "queue.json")), tmp_path / "first.yaml", tmp_path / "records"
     folder.mkdir()
     job = queue.add(sweep, "first", 60, 60.0, 0.0)
     for number in range(job.total):

@@ -10,10 +10,11 @@ import pytest
 from rig.errors import RigError
 from rig.service.queue import job_queue
 from rig.service.queue.job_queue import KEPT_DONE, KEPT_FILES, SHOWN_FILES, JobState, Queue
+from rig.service.records.durable_file import DurableFile
 
 
 def queue(folder: Path) -> Queue:
-    return Queue(folder / "queue.json")
+    return Queue(DurableFile(folder / "queue.json"))
 
 
 def test_jobs_come_in_order_and_survive(tmp_path: Path) -> None:

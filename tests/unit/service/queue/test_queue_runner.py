@@ -19,6 +19,7 @@ from rig.service.queue.expander import Published, Summary
 from rig.service.queue.job_queue import Job, JobState, Queue
 from rig.service.queue.planner import Planner
 from rig.service.queue.queue_runner import NoSpace, QueueRunner
+from rig.service.records.durable_file import DurableFile
 from rig.service.records.ledger import Ledger
 from rig.service.records.record_names import free
 from rig.service.records.recorder_messages import RunOrder
@@ -29,10 +30,12 @@ QUICK = shipped.configs() / "sweeps" / "quick.yaml"
 
 
 def runner(folder: Path, spare_gb: float, session: Any = None) -> tuple[QueueRunner, Queue]:
-    queue = Queue(folder / "queue.json")
+    queue = Queue(DurableFile(folder / "queue.json"))
     monitor: Any = SimpleNamespace(fault=None, session=session, telemetry=None)
     settings = DaemonSettings(logs=folder / "logs", state=folder, spare_gb=spare_gb)
-    return QueueRunner(monitor, queue, compose.load(None), settings, Ledger(settings.ledger), DiskWork()), queue
+    return QueueRunner(
+        monitor, queue, compose.load(None), settings, Ledger(DurableFile(settings.ledger)), DiskWork()
+    ), queue
 
 
 def worked_on(folder: Path, sweep: Path, spare_gb: float, session: Any = None) -> Job:
@@ -298,10 +301,10 @@ def ready(
     """A job whose first record is about to begin; the loop is asked by `request`."""
     (folder / "logs").mkdir()
     session = PreparedSession()
-    queue = Queue(folder / "queue.json")
+    queue = Queue(DurableFile(folder / "queue.json"))
     monitor: Any = SimpleNamespace(fault=None, session=session, telemetry=None, request=request)
     settings = DaemonSettings(logs=folder / "logs", state=folder, spare_gb=0.0)
-    work = QueueRunner(monitor, queue, compose.load(None), settings, Ledger(settings.ledger), DiskWork())
+    work = QueueRunner(monitor, queue, compose.load(None), settings, Ledger(DurableFile(settings.ledger)), DiskWork())
     work.planner = SlowPlanner("nothing")
     job = queue.add(QUICK, name, 1, 10.0, 0.0)
     work.go_on()

@@ -15,6 +15,7 @@ from rig.service.queue.expander import Summary
 from rig.service.queue.job_queue import Queue
 from rig.service.queue.queue_runner import QueueRunner
 from rig.service.queue.start_handler import StartHandler
+from rig.service.records.durable_file import DurableFile
 from rig.service.records.ledger import Ledger
 from rig.service.settings import DaemonSettings
 
@@ -35,12 +36,12 @@ class SlowChecker:
 
 def made(folder: Path) -> tuple[StartHandler, QueueRunner, Queue, SlowChecker]:
     (folder / "logs").mkdir()
-    queue, checker = Queue(folder / "queue.json"), SlowChecker()
+    queue, checker = Queue(DurableFile(folder / "queue.json")), SlowChecker()
     monitor: Any = SimpleNamespace(
         fault=None, session=None, telemetry=None, state=State.ARMED, require=lambda event: None
     )
     settings = DaemonSettings(logs=folder / "logs", state=folder, spare_gb=0.0)
-    runner = QueueRunner(monitor, queue, compose.load(None), settings, Ledger(settings.ledger), DiskWork())
+    runner = QueueRunner(monitor, queue, compose.load(None), settings, Ledger(DurableFile(settings.ledger)), DiskWork())
     either: Any = checker
     return StartHandler(monitor, queue, runner, either), runner, queue, checker
 

@@ -12,13 +12,13 @@ from rig.app import compose
 from rig.errors import RigError
 from rig.outputs import OutputKind, write_text
 from rig.service.queue.job_queue import Queue
-from rig.service.records.durable_file import write_durably
+from rig.service.records.durable_file import DurableFile
 from rig.service.records.ledger import Ledger
 from rig.service.web.files.bringup import BringUp
 
 
 def forgotten(folder: Path) -> None:
-    ledger = Ledger(folder / "kept.jsonl")
+    ledger = Ledger(DurableFile(folder / "kept.jsonl"))
     for name in ("one", "two"):
         (folder / name).touch()
         ledger.add(folder / name)
@@ -26,7 +26,7 @@ def forgotten(folder: Path) -> None:
 
 
 WRITERS: dict[str, Callable[[Path], None]] = {
-    "a file of the state folder": lambda folder: write_durably(folder / "kept.json", "{}"),
+    "a file of the state folder": lambda folder: DurableFile(folder / "kept.json").replace("{}"),
     "what an operator confirmed": lambda folder: BringUp(compose.load(None), folder / "kept.json").confirm(
         "dry", "somebody", done=True
     ),
@@ -65,7 +65,7 @@ def test_a_line_of_the_ledger_is_on_the_disk(tmp_path: Path, monkeypatch: pytest
     synced: list[str] = []
     monkeypatch.setattr(os, "fsync", lambda descriptor: synced.append(os.readlink(f"/proc/self/fd/{descriptor}")))
     (tmp_path / "record").touch()
-    Ledger(tmp_path / "records.jsonl").add(tmp_path / "record")
+    Ledger(DurableFile(tmp_path / "records.jsonl")).add(tmp_path / "record")
     assert synced == [os.path.realpath(tmp_path / "records.jsonl")]
 
 
@@ -79,7 +79,7 @@ def test_a_folder_that_cannot_be_synced_is_no_failure(tmp_path: Path, monkeypatc
         return opened(path, flags, *more)  # type: ignore[arg-type]
 
     monkeypatch.setattr(os, "open", refused)
-    write_durably(tmp_path / "kept.json", "{}")
+    DurableFile(tmp_path / "kept.json").replace("{}")
     assert (tmp_path / "kept.json").read_text() == "{}"
 
 
@@ -93,9 +93,9 @@ def test_what_cannot_be_read_is_kept_beside_what_could_not_before(
     for text in ("first", "second", "third"):
         path.write_text(text)
         if name == "queue.json":
-            assert Queue(path).left() == []
+            assert Queue(DurableFile(path)).left() == []
         else:
-            Ledger(path).add(tmp_path / "record")
+            Ledger(DurableFile(path)).add(tmp_path / "record")
     kept = {place.name: place.read_text() for place in tmp_path.glob("*.broken*")}
     assert kept == {
         f"{path.stem}.broken": "first",
@@ -112,20 +112,20 @@ def test_a_file_that_cannot_be_put_aside_is_one_line(tmp_path: Path, monkeypatch
     (tmp_path / "queue.json").write_text("x")
     monkeypatch.setattr(Path, "rename", refused)
     with pytest.raises(RigError, match=r"queue\.json: cannot be read; it cannot be put aside: Read-only file system"):
-        Queue(tmp_path / "queue.json")
+        Queue(DurableFile(tmp_path / "queue.json"))
 
 
 def test_a_full_disk_keeps_what_was_there_and_nothing_beside_it(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    write_durably(tmp_path / "kept.json", "{}")
+    DurableFile(tmp_path / "kept.json").replace("{}")
 
     def full(_: int) -> None:
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
     monkeypatch.setattr(os, "fsync", full)
     with pytest.raises(RigError, match=r"kept\.json: cannot be written: No space left on device"):
-        write_durably(tmp_path / "kept.json", "[1]")
+        DurableFile(tmp_path / "kept.json").replace("[1]")
     assert [(path.name, path.read_text()) for path in tmp_path.iterdir()] == [("kept.json", "{}")]
 
 

@@ -16,6 +16,7 @@ from rig.app import shipped
 from rig.cli.service.daemon import daemon
 from rig.errors import RigError
 from rig.service.aside import DiskWork
+from rig.service.records.durable_file import DurableFile
 from rig.service.records.ledger import Ledger
 from rig.service.records.operating_time import OperatingTime
 from rig.service.records.retention import NOTICE_S, Policy, Retention
@@ -31,9 +32,9 @@ class Desk:
 
     def __init__(self, folder: Path) -> None:
         self.logs, self.clock_s, self._recorded_s = folder / "logs", 0.0, 0.0
-        self.operating = OperatingTime(folder / "operating_time.json", lambda: self.clock_s)
+        self.operating = OperatingTime(DurableFile(folder / "operating_time.json"), lambda: self.clock_s)
         self.clock_s = RUN_S
-        self.ledger = Ledger(folder / "records.jsonl", lambda: self._recorded_s)
+        self.ledger = Ledger(DurableFile(folder / "records.jsonl"), lambda: self._recorded_s)
 
     def record(self, name: str, age_days: float = 1.0, size: int = 100, *, own: bool = True) -> Path:
         """A record under the logs, in the ledger when it is the daemon's `own`."""
@@ -86,7 +87,7 @@ def test_records_that_are_too_old_go_after_a_day_of_notice(desk: Desk) -> None:
     desk.clock_s += 1.0
     assert [Path(entry.path) for entry in retention.turn()[1]] == [old]
     assert (old.exists(), new.exists(), retention.to_json()) == (False, True, None)
-    assert [entry.path for entry in Ledger(old.parents[2] / "records.jsonl").entries] == [str(new)]
+    assert [entry.path for entry in Ledger(DurableFile(old.parents[2] / "records.jsonl")).entries] == [str(new)]
 
 
 def test_the_oldest_go_until_the_rest_fits(desk: Desk) -> None:
@@ -183,7 +184,7 @@ def test_a_record_is_as_old_as_the_daemon_has_run_since_whatever_the_wall_clock_
 def test_operating_time_is_that_of_all_starts_and_nothing_between_them(tmp_path: Path) -> None:
     path, clock = tmp_path / "operating_time.json", [5000.0]
     for expected_s in (100.0, 200.0):
-        operating = OperatingTime(path, lambda: clock[0])
+        operating = OperatingTime(DurableFile(path), lambda: clock[0])
         clock[0] += 100.0
         operating.save()
         assert operating.s() == expected_s
@@ -193,13 +194,13 @@ def test_operating_time_is_that_of_all_starts_and_nothing_between_them(tmp_path:
 @pytest.mark.parametrize("text", ["", "nonsense", "[]", "{}", '{"operating_s": NaN}', '{"operating_s": -1}'])
 def test_a_broken_operating_time_begins_anew_and_makes_nothing_old(tmp_path: Path, text: str) -> None:
     (tmp_path / "operating_time.json").write_text(text)
-    begun = OperatingTime(tmp_path / "operating_time.json", lambda: 7.0)
+    begun = OperatingTime(DurableFile(tmp_path / "operating_time.json"), lambda: 7.0)
     assert begun.s() == 0.0
     assert not (tmp_path / "operating_time.broken").exists()  # who merely looks changes nothing
     begun.save()
     assert (tmp_path / "operating_time.broken").read_text() == text
-    assert OperatingTime(tmp_path / "operating_time.json", lambda: 7.0).s() == 0.0
-    ledger = Ledger(tmp_path / "records.jsonl", lambda: 400 * DAY_S)
+    assert OperatingTime(DurableFile(tmp_path / "operating_time.json"), lambda: 7.0).s() == 0.0
+    ledger = Ledger(DurableFile(tmp_path / "records.jsonl"), lambda: 400 * DAY_S)
     for name in ("a.mcap", "b.mcap"):
         (tmp_path / name).write_bytes(b"x")
         ledger.add(tmp_path / name)
@@ -210,8 +211,10 @@ def test_an_operating_time_that_cannot_be_written_says_so_and_rooms_are_made_all
     desk: Desk, tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
     with pytest.raises(RigError, match=r"operating_time.json: cannot be written: No such file"):
-        OperatingTime(tmp_path / "none" / "operating_time.json").save()
-    retention = Retention(desk.ledger, Policy(), OperatingTime(tmp_path / "none" / "operating_time.json"), DiskWork())
+        OperatingTime(DurableFile(tmp_path / "none" / "operating_time.json")).save()
+    retention = Retention(
+        desk.ledger, Policy(), OperatingTime(DurableFile(tmp_path / "none" / "operating_time.json")), DiskWork()
+    )
     retention.remember()
     assert "operating_time.json: cannot be written" in caplog.text
 
@@ -224,7 +227,7 @@ def test_records_of_a_ledger_without_operating_times_grow_old_from_now_on(tmp_pa
         known = {"path": str(tmp_path / name), "device": seen.st_dev, "inode": seen.st_ino, "size": 1}
         lines.append(json.dumps(known | {"recorded_s": 1.7e9, "boot": "of before", "up_s": 60.0}) + "\n")
     (tmp_path / "records.jsonl").write_text("".join(lines))
-    entries, policy = Ledger(tmp_path / "records.jsonl").entries, Policy(keep_s=30 * DAY_S)
+    entries, policy = Ledger(DurableFile(tmp_path / "records.jsonl")).entries, Policy(keep_s=30 * DAY_S)
     assert len(entries) == 2
     assert policy.due(entries, 30 * DAY_S) == []
     assert [Path(entry.path).name for entry in policy.due(entries, 30 * DAY_S + 1.0)] == ["a.mcap"]
@@ -253,7 +256,7 @@ def test_the_ledger_survives_a_restart_and_a_restart_announces_anew(desk: Desk, 
     desk.record("a/new.mcap", 1.0)
     desk.retention(keep_days=30.0).turn()
     desk.clock_s += NOTICE_S
-    desk.ledger = Ledger(tmp_path / "records.jsonl")
+    desk.ledger = Ledger(DurableFile(tmp_path / "records.jsonl"))
     announced, removed = desk.retention(keep_days=30.0).turn()
     assert (len(announced), removed) == (1, [])
 
@@ -295,23 +298,25 @@ def test_what_went_stands_in_the_log_though_the_ledger_cannot_be_written(
 )
 def test_a_broken_ledger_is_put_aside_and_nothing_is_ours(tmp_path: Path, text: str) -> None:
     (tmp_path / "records.jsonl").write_text(text)
-    ledger = Ledger(tmp_path / "records.jsonl")
+    ledger = Ledger(DurableFile(tmp_path / "records.jsonl"))
     assert ledger.entries == []
     assert (tmp_path / "records.jsonl").read_text() == text
     (tmp_path / "a.mcap").write_bytes(b"x")
     ledger.add(tmp_path / "a.mcap")
     assert (tmp_path / "records.broken").read_text() == text
-    assert [entry.path for entry in Ledger(tmp_path / "records.jsonl").entries] == [str(tmp_path / "a.mcap")]
+    assert [entry.path for entry in Ledger(DurableFile(tmp_path / "records.jsonl")).entries] == [
+        str(tmp_path / "a.mcap")
+    ]
 
 
 def test_a_ledger_that_cannot_be_written_says_so(tmp_path: Path) -> None:
     (tmp_path / "a.mcap").write_bytes(b"x")
     with pytest.raises(RigError, match=r"records.jsonl: cannot be written: No such file"):
-        Ledger(tmp_path / "none" / "records.jsonl").add(tmp_path / "a.mcap")
+        Ledger(DurableFile(tmp_path / "none" / "records.jsonl")).add(tmp_path / "a.mcap")
 
 
 def test_a_record_that_is_not_there_is_not_written_down(tmp_path: Path) -> None:
-    ledger = Ledger(tmp_path / "records.jsonl")
+    ledger = Ledger(DurableFile(tmp_path / "records.jsonl"))
     ledger.add(tmp_path / "none.mcap")
     assert ledger.entries == []
 
@@ -320,7 +325,7 @@ def test_a_record_whose_folder_is_no_folder_any_more_is_told(tmp_path: Path) -> 
     """Somebody put a file in its place: it ended the daemon, as an error in the daemon itself."""
     (tmp_path / "folder").write_text("")
     with pytest.raises(RigError, match=r"x\.mcap: cannot be looked at, and is nobody's to remove: Not a directory"):
-        Ledger(tmp_path / "records.jsonl").add(tmp_path / "folder" / "x.mcap")
+        Ledger(DurableFile(tmp_path / "records.jsonl")).add(tmp_path / "folder" / "x.mcap")
     assert not (tmp_path / "records.jsonl").exists()
 
 
@@ -342,7 +347,10 @@ def test_a_dry_run_says_what_would_go_and_removes_nothing(desk: Desk, tmp_path: 
 
 
 def test_a_month_of_records_costs_the_ledger_no_memory(tmp_path: Path) -> None:
-    ledger, files = Ledger(tmp_path / "records.jsonl"), [tmp_path / f"sine_0.5hz_r{n}.mcap" for n in range(700)]
+    ledger, files = (
+        Ledger(DurableFile(tmp_path / "records.jsonl")),
+        [tmp_path / f"sine_0.5hz_r{n}.mcap" for n in range(700)],
+    )
     for file in files:
         file.touch()
     for file in files[:100]:
@@ -362,7 +370,7 @@ def test_a_month_of_records_costs_the_ledger_no_memory(tmp_path: Path) -> None:
 
 
 def test_a_full_disk_leaves_no_half_line_in_the_ledger(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    ledger = Ledger(tmp_path / "records.jsonl")
+    ledger = Ledger(DurableFile(tmp_path / "records.jsonl"))
     for name in ("a.mcap", "b.mcap"):
         (tmp_path / name).write_bytes(b"x")
     ledger.add(tmp_path / "a.mcap")
@@ -389,3 +397,18 @@ def test_a_full_disk_leaves_no_half_line_in_the_ledger(tmp_path: Path, monkeypat
     assert [entry.path for entry in ledger.entries] == [str(tmp_path / "a.mcap")]
     ledger.add(tmp_path / "b.mcap")
     assert len(ledger.entries) == 2
+
+
+def test_a_ledger_that_can_be_read_again_is_not_put_aside(tmp_path: Path) -> None:
+    """What was looked at while the state folder was away may have been another daemon's."""
+    path, record = tmp_path / "records.jsonl", tmp_path / "a.mcap"
+    record.touch()
+    ledger = Ledger(DurableFile(path))
+    ledger.add(record)
+    ours = path.read_text()
+    path.write_text("another's")
+    assert not ledger.entries
+    path.write_text(ours)
+    assert [entry.path for entry in ledger.entries] == [str(record)]
+    ledger.add(record)
+    assert not list(tmp_path.glob("*.broken"))
