@@ -174,7 +174,7 @@ class QueueRunner:
             return await task
         except asyncio.CancelledError:
             this = asyncio.current_task()
-            if self._held and this is not None and not this.cancelling():  # else the daemon ends
+            if this is not None and not this.cancelling():  # else the daemon ends; somebody may have started anew
                 raise _Held from None
             raise
         finally:

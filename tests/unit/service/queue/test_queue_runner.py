@@ -225,6 +225,28 @@ def test_a_stop_does_not_wait_for_a_sweep_that_is_expanded(tmp_path: Path, slow:
     assert not program_path(0x7357, 1).exists()
 
 
+def test_a_stop_and_a_start_at_once_find_somebody_at_work(tmp_path: Path) -> None:
+    """While its planner was being ended the runner took the stop for its own end: the job stood as running for ever,
+    nothing was started any more, and no reset came to an end."""
+
+    async def again() -> bool:
+        planner = SlowPlanner("open")
+        work, _, task = begun_with(planner, tmp_path)
+        await planner.asked.wait()
+        planner.asked.clear()
+        work.hold()
+        work.go_on()
+        await asyncio.wait({task, asked := asyncio.ensure_future(planner.asked.wait())}, timeout=10.0,
+                           return_when=asyncio.FIRST_COMPLETED)  # fmt: skip
+        at_work = asked.done() and not task.done()
+        work.hold()
+        await asyncio.wait_for(work.idle(), 10.0)
+        task.cancel()
+        return at_work
+
+    assert asyncio.run(again())
+
+
 def test_a_stop_before_the_planner_is_asked_waits_for_no_planner(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
