@@ -151,17 +151,11 @@ class Daemon:
 
     def _task_ended(self, task: "asyncio.Task[None]") -> None:
         """A task of the daemon ends only at the end; otherwise it is a bug, and the rig is not to go on with it."""
-        error: object = None
-        if not task.cancelled():
-            error = task.exception()
-        elif not self._over.is_set():
-            error = f"{task.get_coro()} was cancelled"
+        error = None if task.cancelled() else task.exception()
+        if task.cancelled() and not self._over.is_set():
+            error = RuntimeError(f"{task.get_coro()} was cancelled")
         if error is not None:
-            _LOG.critical(
-                "error in the daemon itself, please report it: %r",
-                error,
-                exc_info=error if isinstance(error, BaseException) else None,
-            )
+            _LOG.critical("error in the daemon itself, please report it: %r", error, exc_info=error)
             self._over.set()
 
     async def _finish(self) -> None:
