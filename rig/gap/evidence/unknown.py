@@ -16,7 +16,7 @@ SIZES = np.exp(np.linspace(np.log(0.1), np.log(1.5), 6))
 """Sizes of something unknown that are tried, as shares of what is to be explained."""
 
 
-class Beside(NamedTuple):
+class WithUnknown(NamedTuple):
     """Log evidence (nats) of an effect with something unknown beside it, in the two parts that it is the sum of."""
 
     needed: float
@@ -26,7 +26,7 @@ class Beside(NamedTuple):
     alike, whatever acts. It speaks for something unknown, and not for the effect."""
 
 
-def beside(fit: Fit, log_alone: float) -> Beside:
+def beside(fit: Fit, log_alone: float) -> WithUnknown:
     """Something unknown beside a fitted effect, where it has `log_alone` by itself; with what is thought of a second
     beforehand (`Prior.log_beside`)."""
     forward, factor, lines, prior = fit.forward, fit.forward.factor, fit.forward.factor.lines, fit.forward.prior
@@ -37,12 +37,12 @@ def beside(fit: Fit, log_alone: float) -> Beside:
     return parts(fit.log_evidence - fit.log_law + left + prior.log_beside, log_alone + prior.log_beside)
 
 
-def parts(log_both: float, log_unneeded: float) -> Beside:
+def parts(log_both: float, log_unneeded: float) -> WithUnknown:
     """What is beyond the unneeded part counts for the effect."""
     unneeded = min(log_both, log_unneeded)
     if unneeded == log_both:
-        return Beside(-math.inf, unneeded)
-    return Beside(log_both + math.log(-math.expm1(unneeded - log_both)), unneeded)
+        return WithUnknown(-math.inf, unneeded)
+    return WithUnknown(log_both + math.log(-math.expm1(unneeded - log_both)), unneeded)
 
 
 def log_unknown(forward: ForwardModel, expected: Gaussian, residual: Column, law: RoughLaw | None = None) -> float:
