@@ -271,11 +271,11 @@ class Daemon:
         """Into the log of the record that runs."""
         text = given.get("text", "")
         check_line("mark: text", text)
-        session = self._monitor.session
-        if session is None or self._runner.current is None:
+        session, record = self._monitor.session, self._runner.current
+        if session is None or record is None:
             raise Refused(Code.WRONG_STATE, "no record runs; a marker goes into the log of the record that does")
         await self._marks.write(session, text)
-        return {"record": self._runner.current.name, "text": text}
+        return {"record": record.name, "text": text}
 
     def _begin_estop(self) -> None:
         self._runner.hold()

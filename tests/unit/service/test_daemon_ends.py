@@ -235,3 +235,49 @@ def test_what_cannot_be_closed_beside_the_rig_is_no_reason_to_leave_it(
     asyncio.run(asyncio.wait_for(serve(), 20.0))
     assert caplog.messages.count("at the end: AttributeError('kill')") == 3
     assert caplog.messages[-1] == "ended; the rig is safe"
+
+
+def test_a_task_that_was_cancelled_is_no_silent_end_of_a_part_of_the_daemon(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    """The runner of the queue was, by a stop: nobody worked any more, and no reset came to an end."""
+    settings = DaemonSettings(logs=tmp_path / "logs", state=tmp_path, socket=tmp_path / "s.sock", web=Web(on=False))
+
+    async def cancelled(*, ending: bool) -> bool:
+        daemon = Daemon(parts_of(compose.load(None), virtual=True), settings)
+        if ending:
+            daemon._over.set()  # noqa: SLF001  # as its end does
+        caplog.clear()
+        task = asyncio.ensure_future(asyncio.sleep(60.0))
+        task.add_done_callback(daemon._task_ended)  # noqa: SLF001  # as its own work has
+        task.cancel()
+        await asyncio.wait({task})
+        await asyncio.sleep(0)
+        daemon._state.close()  # noqa: SLF001  # as `serve` does
+        return daemon._over.is_set()  # noqa: SLF001
+
+    assert asyncio.run(cancelled(ending=False))
+    assert "error in the daemon itself" in caplog.text
+    asyncio.run(cancelled(ending=True))
+    assert "error in the daemon itself" not in caplog.text
+
+
+def test_a_marker_of_a_record_that_ends_meanwhile_is_no_error(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """It went into that record, and was answered by an error of the daemon's own."""
+    settings = DaemonSettings(logs=tmp_path / "logs", state=tmp_path, socket=tmp_path / "s.sock", web=Web(on=False))
+
+    async def marked() -> dict[str, str]:
+        daemon = Daemon(parts_of(compose.load(None), virtual=True), settings)
+        daemon._monitor.session = SimpleNamespace()  # type: ignore[assignment]  # noqa: SLF001
+        daemon._runner.current = tmp_path / "sine.mcap"  # noqa: SLF001
+
+        async def written(*_: object) -> None:
+            daemon._runner.current = None  # noqa: SLF001
+
+        monkeypatch.setattr(daemon._marks, "write", written)  # noqa: SLF001
+        try:
+            return await daemon._mark({"text": "x"})  # noqa: SLF001
+        finally:
+            daemon._state.close()  # noqa: SLF001
+
+    assert asyncio.run(marked()) == {"record": "sine.mcap", "text": "x"}
