@@ -21,16 +21,17 @@ _ACCESS_LIST: Final = "system.posix_acl_access"
 
 def path_for(resource: str) -> Path:
     """Where this user's mailbox of a wire lies: a file that a dead process of another user left is in nobody's way."""
-    return _folder() / f"pamrigio-{os.getuid()}-{_named(resource)}"
+    return folder() / f"pamrigio-{os.getuid()}-{_named(resource)}"
 
 
 def remove_left() -> None:
     """Remove what I/O processes of this user, of whatever wire, left behind that were killed with their owners."""
-    for path in _folder().glob(f"pamrigio-{os.getuid()}-*"):
+    for path in folder().glob(f"pamrigio-{os.getuid()}-*"):
         remove(path)
 
 
-def _folder() -> Path:
+def folder() -> Path:
+    """Where the mailboxes of all users lie."""
     return Path("/dev/shm") if os.path.isdir("/dev/shm") else Path(tempfile.gettempdir())
 
 
@@ -42,7 +43,7 @@ def find(resource: str) -> tuple[Path, IoMailbox] | None:
     """The mailbox of the living I/O process that serves a wire, whoever started it; None when there is none. DeviceLost
     when it takes no orders from us, because it is another user's."""
     own = path_for(resource)
-    for path in sorted(_folder().glob(f"pamrigio-*-{_named(resource)}"), key=lambda path: (path != own, path)):
+    for path in sorted(folder().glob(f"pamrigio-*-{_named(resource)}"), key=lambda path: (path != own, path)):
         if not _is_believed(path, resource):
             continue
         try:

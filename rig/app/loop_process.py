@@ -47,17 +47,17 @@ def loop_process(setup: LoopSetup, pipe: Connection) -> None:
     commander = multiprocessing.parent_process()
     if commander is not None and not commander.is_alive():
         return  # killed before the kernel could be told: nobody wants the device opened
-    ending = _Ending()
+    ending = LoopEnding()
     for number in (signal.SIGTERM, signal.SIGHUP):
         signal.signal(number, ending)
     try:
         _live(setup, pipe, ending)
-    except _NotWanted as end:
+    except NotWanted as end:
         signal.signal(end.number, signal.SIG_DFL)
         signal.raise_signal(end.number)  # for whoever asks how it ended
 
 
-def _live(setup: LoopSetup, pipe: Connection, ending: "_Ending") -> None:
+def _live(setup: LoopSetup, pipe: Connection, ending: "LoopEnding") -> None:
     try:
         loop, facts = _prepare(setup, ending)
     except RigError as error:
@@ -74,7 +74,7 @@ def _live(setup: LoopSetup, pipe: Connection, ending: "_Ending") -> None:
             signal.signal(number, signal.SIG_IGN)
 
 
-class _NotWanted(BaseException):
+class NotWanted(BaseException):
     """Whoever commands wants the loop to end, or is gone, before it has its device: no error for a driver to catch."""
 
     def __init__(self, number: int) -> None:
@@ -82,7 +82,7 @@ class _NotWanted(BaseException):
         self.number = number
 
 
-class _Ending:
+class LoopEnding:
     """What SIGTERM, and the end of the process that commands, do to a loop. One that has its device leaves in good
     order; one that has not gives up opening it, and closes what it has of it: a watchdog of the device would be left
     armed, with nobody to feed it."""
@@ -92,9 +92,10 @@ class _Ending:
         self._raises = True
 
     def __call__(self, number: int, _: object) -> None:
+        """A signal has come; NotWanted, once, where the device is not open."""
         if self._raises:
             self._raises = False  # once: closing it is not to be interrupted
-            raise _NotWanted(number)
+            raise NotWanted(number)
         if self._loop is not None:
             self._loop.terminate(Fault.CONTROL_LOST if number == signal.SIGHUP else Fault.TERMINATED)
 
@@ -104,7 +105,7 @@ class _Ending:
         try:
             facts = dict(device.open())
             self._raises = False
-        except _NotWanted:
+        except NotWanted:
             device.close()
             raise
         return facts
@@ -137,7 +138,7 @@ def _one_line(error: BaseException) -> str:
     return f"{type(error).__name__}: {' '.join(str(error).split())} ({Path(where.filename).name}, line {where.lineno})"
 
 
-def _prepare(setup: LoopSetup, ending: _Ending) -> tuple[Loop, dict[str, Any]]:
+def _prepare(setup: LoopSetup, ending: LoopEnding) -> tuple[Loop, dict[str, Any]]:
     ring = Ring.attach(setup.ring, setup.session)
     mailbox = Mailbox.attach(setup.mailbox, setup.session)
     rig: RigConfig = setup.rig

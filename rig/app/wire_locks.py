@@ -31,9 +31,10 @@ _SAFE: Final = "safe by "
 _WATCHER: Final = "watcher"
 """One that does nothing else, and may be ended."""
 _ATTEMPTS: Final = itertools.count()
-_ATTEMPT_S: Final = 3.0
+ATTEMPT_S: Final = 3.0
 """To connect, to write, and to look, a second each at most."""
-_GONE_S: Final = 1.0
+GONE_S: Final = 1.0
+"""For the kernel to end a killed process."""
 _LOOK_S: Final = 0.01
 
 
@@ -94,13 +95,13 @@ def _somebody_else(wires: Sequence[str], commander: int) -> str:
 
 def _await_safe(wire: str) -> None:
     """Until nobody writes the safe state to a wire that has just been taken; DeviceLost when that comes to no end."""
-    deadline = time.monotonic() + _ATTEMPT_S
+    deadline = time.monotonic() + ATTEMPT_S
     while makers := _makers(wire):
         for name, inode in makers.items():
             *_, kind, _, pid = name.split()
             if kind == _WATCHER and (is_stopped(int(pid)) or time.monotonic() > deadline):
                 _end(int(pid), inode)
-        if time.monotonic() > deadline + _GONE_S:
+        if time.monotonic() > deadline + GONE_S:
             raise DeviceLost(f"{wire}: is being made safe by {_introduced(int(pid))}; end that first")
         time.sleep(_LOOK_S)
 

@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from rig.app.loop_process import _Ending, _NotWanted
+from rig.app.loop_process import LoopEnding, NotWanted
 from rig.errors import DeviceLost
 from rig.realtime.faults import Fault
 
@@ -40,33 +40,33 @@ def loop(told: list[Fault]) -> Any:
 def test_a_device_that_is_not_wanted_any_more_is_closed_again(loop: Any, told: list[Fault]) -> None:
     """The process ended at once: a Modbus module was left with its watchdog armed, and went to 0 MPa half a second
     later, under "nothing was written to it"."""
-    ending = _Ending()
+    ending = LoopEnding()
     device = Opening(lambda: ending(signal.SIGTERM, None))
-    with pytest.raises(_NotWanted) as end:
+    with pytest.raises(NotWanted) as end:
         ending.opened(device, loop)  # type: ignore[arg-type]
     assert (end.value.number, device.closed, told) == (signal.SIGTERM, 1, [])
 
 
 def test_a_second_signal_does_not_interrupt_the_closing(loop: Any) -> None:
-    ending = _Ending()
+    ending = LoopEnding()
     device = Opening(lambda: ending(signal.SIGTERM, None))
     closed = []
     device.close = lambda: (ending(signal.SIGHUP, None), closed.append(True))  # type: ignore[method-assign,assignment,func-returns-value]
-    with pytest.raises(_NotWanted):
+    with pytest.raises(NotWanted):
         ending.opened(device, loop)  # type: ignore[arg-type]
     assert closed
 
 
 def test_before_there_is_a_device_it_ends_at_once() -> None:
-    with pytest.raises(_NotWanted):
-        _Ending()(signal.SIGHUP, None)
+    with pytest.raises(NotWanted):
+        LoopEnding()(signal.SIGHUP, None)
 
 
 @pytest.mark.parametrize(("number", "fault"), [(signal.SIGTERM, Fault.TERMINATED), (signal.SIGHUP, Fault.CONTROL_LOST)])
 def test_a_loop_that_has_its_device_leaves_in_good_order(
     number: int, fault: Fault, loop: Any, told: list[Fault]
 ) -> None:
-    ending, device = _Ending(), Opening()
+    ending, device = LoopEnding(), Opening()
     assert ending.opened(device, loop) == {"device": "slow"}  # type: ignore[arg-type]
     ending(number, None)
     assert (told, device.closed) == ([fault], 0)
@@ -77,4 +77,4 @@ def test_a_device_that_does_not_open_says_why(loop: Any) -> None:
         raise DeviceLost("no such module")
 
     with pytest.raises(DeviceLost):
-        _Ending().opened(Opening(lost), loop)  # type: ignore[arg-type]
+        LoopEnding().opened(Opening(lost), loop)  # type: ignore[arg-type]

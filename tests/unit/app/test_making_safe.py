@@ -29,8 +29,8 @@ NOBODY = 1
 @pytest.fixture(autouse=True)
 def own_table(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(wire_locks, "TABLE", f"pamrigwire-{os.getpid()}-{tmp_path.name}")
-    monkeypatch.setattr(wire_locks, "_ATTEMPT_S", 0.2)
-    monkeypatch.setattr(wire_locks, "_GONE_S", 0.2)
+    monkeypatch.setattr(wire_locks, "ATTEMPT_S", 0.2)
+    monkeypatch.setattr(wire_locks, "GONE_S", 0.2)
 
 
 @contextmanager
@@ -48,7 +48,7 @@ def attempting(*, watcher: bool = True) -> Iterator["subprocess.Popen[str]"]:
 
 
 def test_who_takes_a_wire_waits_for_the_attempt_that_is_under_way(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(wire_locks, "_ATTEMPT_S", 60.0)
+    monkeypatch.setattr(wire_locks, "ATTEMPT_S", 60.0)
     with attempting() as other:
         waits: list[float] = []
 

@@ -55,7 +55,7 @@ def test_a_machine_that_gives_nothing_is_a_device_that_is_lost(
 @pytest.fixture
 def shared(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A folder in the place of /dev/shm, where others have theirs."""
-    monkeypatch.setattr(lookup, "_folder", lambda: tmp_path)
+    monkeypatch.setattr(lookup, "folder", lambda: tmp_path)
     return tmp_path
 
 
