@@ -31,12 +31,12 @@ from rig.gap.raw_tests.quantisation import code_found
 from rig.gap.raw_tests.signature import Signature
 from rig.gap.records.fingerprint_records import pair_with_kept
 from rig.gap.records.pairs import Pair, Pairing, pair_up
-from rig.gap.reference.build import Expected, Kind, commanded_gaps, expect, read_right
+from rig.gap.reference.build import Expected, Kind, as_referred, commanded_gaps, expect, read_right
 from rig.gap.reference.known_noise import known_noise
 from rig.gap.reference.monitors import misread
 from rig.gap.reference.own_days import pressure_days
 from rig.gap.reference.simulated import at_rest, misfit_deg
-from rig.gap.settings import ANOTHER_RIG, FAINT, MOST_FAINT, POSSIBLE, STILL_LIKELY, Fitted, fitted
+from rig.gap.settings import ANOTHER_RIG, EVEN_CHANCE, FAINT, MOST_FAINT, POSSIBLE, STILL_LIKELY, Fitted, fitted
 from rig.model.fingerprint import Fingerprint
 from rig.model.parameters import Model
 from rig.record import Column, Record
@@ -207,7 +207,25 @@ def _judged(
     best = max((*given, *faint), key=lambda name: ahead.probability[name])
     if best in faint:
         given, found = faint, {best: beside(best, faint[best])}
-    return given[best], (*seconded(ahead), *seconded(found[best]))
+    here, joint = given[best], found[best]
+    if ahead.found and joint.found:
+        still = as_referred(expected)
+        ahead = ahead.as_if_misread(_misread_alone(ahead, joint, angle_problem(still, settings)))
+        if ahead.monitors_alone > EVEN_CHANCE:
+            here, joint = still, judged(angle_problem(still, settings))
+            return here, (ahead, *seconded(joint))
+    return here, (*seconded(ahead), *seconded(joint))
+
+
+def _misread_alone(ahead: Posterior, joint: Posterior, still: InverseProblem) -> float:
+    """Probability that what the pressures show is in their monitors alone: that something acts on those and the joint
+    moves as if it were not there (`still`), against the likeliest hypothesis ahead of them and what the `joint` then
+    asks for beside it. A slow monitor is a slow regulator else, and a friction that undoes it. Beforehand it is as
+    likely as something unknown, and that beside something."""
+    odds, prior = ahead.problem.forward.odds, ahead.problem.forward.prior
+    nothing = judge([], still).log_evidence_of_none
+    log_odds = nothing - joint.log_evidence_beside(odds.together) + odds.unknown + prior.log_beside
+    return float(0.5 * (1.0 + np.tanh(0.5 * log_odds)))
 
 
 def _angle_evidence(found: Mapping[str, Posterior], together: float) -> dict[str, float]:

@@ -11,7 +11,12 @@ from rig.gap.answer.gap_size import gap_of, predicted
 from rig.gap.answer.how_far.held_out import HowFar
 from rig.gap.answer.how_far.size_intervals import intervals, reference_of
 from rig.gap.answer.kept_effects import dropped_effects, kept_effects, share_closed
-from rig.gap.answer.observations import judged_signatures, stuck_monitors, usual_of_a_simulator
+from rig.gap.answer.observations import (
+    judged_signatures,
+    of_monitors_alone,
+    stuck_monitors,
+    usual_of_a_simulator,
+)
 from rig.gap.answer.result import Cause, Diagnosis, Observation, Ranked
 from rig.gap.answer.sureness import confidence_of, doubts_of, right_of_each, trust
 from rig.gap.answer.unknowns import unknown_cause, unknowns
@@ -23,7 +28,7 @@ from rig.gap.raw_tests.signature import Signature
 from rig.gap.records.pairs import Pairing
 from rig.gap.reference.build import commanded_gaps, from_own_zeros, rms_of
 from rig.gap.response.causes import Applied, full_numbers
-from rig.gap.settings import EITHER_CHANCE
+from rig.gap.settings import EITHER_CHANCE, EVEN_CHANCE
 from rig.record import Column
 
 IN_TURN = (
@@ -66,7 +71,7 @@ def assemble(findings: Findings, after: Callable[[Sequence[tuple[str, Fit]]], Ho
         doubts=findings.expected.pairing.doubts,
         reference=findings.expected.kind,
         retuning=findings.retuning,
-        observations=[*stuck_monitors(findings.expected.pairing.stuck), *in_samples.observations, *_usual(findings)],
+        observations=[*_of_monitors(findings), *in_samples.observations, *_usual(findings)],
     )
 
 
@@ -80,6 +85,13 @@ def _kept_and_how_far(
     if far.after_deg > before and all(each.posterior.problem.name != PRESSURES for each in kept):
         return [], after([])
     return kept, far
+
+
+def _of_monitors(findings: Findings) -> list[Observation]:
+    """Monitors that stood still for a while, and monitors that the joint does not follow."""
+    stuck = stuck_monitors(findings.expected.pairing.stuck)
+    alone = [one for one in findings.posteriors if one.monitors_alone > EVEN_CHANCE]
+    return [*stuck, *map(of_monitors_alone, alone)]
 
 
 def _usual(findings: Findings) -> list[Observation]:

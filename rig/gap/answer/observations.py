@@ -13,6 +13,7 @@ import numpy as np
 from rig.gap.answer.facts import SIGNATURE
 from rig.gap.answer.how_far.size_intervals import intervals
 from rig.gap.answer.result import Cause, Interval, Observation
+from rig.gap.evidence.posterior import Posterior
 from rig.gap.hypotheses.fit import Fit
 from rig.gap.hypotheses.library import LIBRARY
 from rig.gap.raw_tests.signature import Signature
@@ -25,6 +26,8 @@ USUAL = "usual of a simulator"
 """The name of the test by which such an effect is seen."""
 STUCK = "stuck monitor"
 """The name of the test by which a monitor that stood still for a while is seen."""
+MONITORS_ALONE = "monitors alone"
+"""The name of the test by which what the pressures show is seen in their monitors alone."""
 LEAST_SHARE = 0.05
 """Share of the raw records' mean-square gap from which on a signature explains some of it. Less: small steps and hums
 are named beside any cause; more: a real second cause in the samples is told as a remark."""
@@ -103,6 +106,17 @@ def _observation(signature: Signature, share: float) -> Observation:
 def stuck_monitors(said: Sequence[str]) -> list[Observation]:
     """Monitors that stood still for a while, each in a sentence; what they showed then was left out."""
     return [Observation(STUCK, None, text, {}, 1.0, 0.0) for text in said]
+
+
+def of_monitors_alone(posterior: Posterior) -> Observation:
+    """That the joint does not follow what the pressures show."""
+    effects = {name: chance for name, chance in posterior.probability.items() if name in posterior.fits}
+    nearest = f", most like {max(effects, key=lambda name: effects[name])}," if effects else ""
+    text = (
+        f"the joint moves as if nothing had happened to the pressures: what their monitors show{nearest} is more "
+        "likely in the monitors, their lines or their filters than in the pressures"
+    )
+    return Observation(MONITORS_ALONE, None, text, {}, posterior.monitors_alone, 0.0)
 
 
 def usual_of_a_simulator(fit: Fit, probability: float, share: float, reach: Reach) -> Observation:

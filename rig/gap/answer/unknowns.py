@@ -134,7 +134,7 @@ def _unknown_on(posterior: Posterior, gap_deg: float, near: Sequence[str], chanc
     behind them."""
     factor = posterior.problem.name
     nowhere = "valve" if factor == PRESSURES else "joint"
-    stage = posterior.fits[near[0]].effect.stage if near else nowhere
+    stage = posterior.fits[near[0]].effect.stage if near and posterior.monitors_alone <= EVEN_CHANCE else nowhere
     return unknown_cause(stage, factor, gap_deg, near, chance)
 
 

@@ -48,6 +48,8 @@ class Posterior:
     """The first of two effects on this factor, where this one is about the second."""
     usual: Usual | None = None
     """What is there as large as is usual, where none is likelier with it than without."""
+    monitors_alone: float = 0.0
+    """Of the pressures: probability that only their monitors show otherwise, and the joint moves as it did."""
 
     @property
     def best(self) -> str:
@@ -115,6 +117,12 @@ class Posterior:
         logs = {name: float(np.log(max(chance, 1e-300))) + heard[name] for name, chance in self.probability.items()}
         probability, total = _normalised(logs)
         return replace(self, probability=probability, log_evidence=self.log_evidence + total)
+
+    def as_if_misread(self, chance: float) -> "Posterior":
+        """The same where with this chance the monitors alone show something that no effect of the library is."""
+        chance = min(chance, 1.0 - LEAST_CHANCE)
+        probability = {name: (1.0 - chance) * held for name, held in self.probability.items()}
+        return replace(self, probability=probability | {UNKNOWN: probability[UNKNOWN] + chance}, monitors_alone=chance)
 
     def at(self, temperature: float) -> "Posterior":
         """The same with names told apart by as much of the evidence as counts at a temperature (`Prior.temperature`);

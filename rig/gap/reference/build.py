@@ -324,6 +324,20 @@ def read_right(expected: Expected, wrong: Misread) -> Expected:
     return replace(expected, base=tuple(map(base, expected.contexts, expected.base)), misread=wrong)
 
 
+def as_referred(expected: Expected) -> Expected:
+    """The same as if both pressures were the reference's, whatever the monitors read, and the joint moved by those."""
+    contexts = [_with_reference_pressures(context) for context in expected.contexts]
+    pairing = replace(expected.pairing, pairs=[context.pair for context in contexts])
+    base = tuple(context.reference.angle_deg for context in contexts)
+    return replace(expected, pairing=pairing, contexts=contexts, base=base)
+
+
+def _with_reference_pressures(context: RecordContext) -> RecordContext:
+    pair, reference = context.pair, context.reference
+    case = replace(pair.case, p1_mpa=reference.p1_mpa, p2_mpa=reference.p2_mpa)
+    return replace(context, pair=replace(pair, case=case))
+
+
 def _followed(model: Model, pairing: Pairing) -> tuple[Pairing, list[Modelled]]:
     """The records that the simulator can follow at all, and what it says of them; ModelError when it follows less than
     half of them, or is another rig's."""

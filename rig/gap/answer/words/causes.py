@@ -4,6 +4,7 @@ something unknown is. No number is computed here."""
 from collections.abc import Sequence
 
 from rig.gap.answer.facts import RAW, Verdict
+from rig.gap.answer.observations import MONITORS_ALONE
 from rig.gap.answer.result import Cause, Diagnosis
 from rig.gap.answer.words.compared import before, from_model, no_effect, than
 from rig.gap.answer.words.effects import EffectWords, noun_of
@@ -27,6 +28,9 @@ def cause_sentences(diagnosis: Diagnosis) -> list[str]:
 
 def something_unknown(diagnosis: Diagnosis) -> str:
     """That there is something which no effect explains, where it is seen, and what is nearest."""
+    alone = next((seen.text for seen in diagnosis.observations if seen.test == MONITORS_ALONE), "")
+    if alone:
+        return f"{alone[:1].upper()}{alone[1:]}."
     what = "The rig does something that the simulator does not" if from_model(diagnosis) else "Something has changed"
     near = next((cause.ambiguous_with for cause in diagnosis.causes if cause.ambiguous_with), ())
     likely = [line.effect for line in diagnosis.ranking if line.effect in near and line.probability > EVEN_CHANCE]

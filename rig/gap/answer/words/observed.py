@@ -1,7 +1,7 @@
 """What the records show beside the causes of the gap, in sentences. No number is computed here."""
 
 from rig.gap.answer.facts import Verdict
-from rig.gap.answer.observations import STUCK, USUAL
+from rig.gap.answer.observations import MONITORS_ALONE, STUCK, USUAL
 from rig.gap.answer.result import Diagnosis, Observation
 from rig.gap.answer.words.compared import than
 from rig.gap.answer.words.effects_without_valves import words_of
@@ -19,6 +19,8 @@ def seen_beside(diagnosis: Diagnosis) -> str:
     observations = diagnosis.observations
     if diagnosis.verdict is Verdict.NONE:
         observations = [seen for seen in observations if not (_is_of_samples(seen) or seen.test.startswith(MONITOR))]
+    if diagnosis.verdict is Verdict.UNKNOWN and not diagnosis.named:  # there it is the answer
+        observations = [seen for seen in observations if seen.test != MONITORS_ALONE]
     sentences = [_sentence(seen, diagnosis) + _no_cause(seen) for seen in observations]
     return "; ".join(sentences) + "." if sentences else ""
 

@@ -157,4 +157,6 @@ def _beyond(diagnosis: Diagnosis, tuning: Retuning) -> str:
         return f"That is as much as {what} {closes}: in {where} the one looks like the other."
     if more < 0.0:
         return f"That closes more than {what} alone: the simulator is also off in what it has."
+    if tuning.closes_fraction <= 0.0:
+        return f"{what[:1].upper()}{what[1:]} {closes} {100 * more:.0f} %."
     return f"Beyond that, {what} {closes} another {100 * more:.0f} %."
