@@ -6,9 +6,10 @@ from dataclasses import replace
 from rig.gap.answer.result import Diagnosis
 from rig.gap.experiments import answer_with
 from rig.gap.hypotheses.library import LIBRARY
-from rig.gap.pipeline import Grounds, Question
+from rig.gap.pipeline import Grounds
 from rig.gap.plan.candidates import SweepEnvelope
 from rig.gap.possible_effects import channels_of_call, possible
+from rig.gap.question import Question
 from rig.gap.reference.build import AUTO, Kind, because, choose
 from rig.gap.settings import Fitted, fitted
 from rig.identify.provenance import identified_on

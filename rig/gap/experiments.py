@@ -12,7 +12,8 @@ from dataclasses import replace
 from rig.errors import RecordError
 from rig.gap.answer.result import Diagnosis
 from rig.gap.evidence.posterior import effect_evidence
-from rig.gap.pipeline import ExperimentEvidence, Grounds, Question, answer, weigh
+from rig.gap.pipeline import Grounds, answer, weigh
+from rig.gap.question import ExperimentEvidence, Question
 from rig.gap.reference.build import Kind
 from rig.gap.reference.faster_records import known_hz
 from rig.identify.response.fingerprint import fingerprint_of

@@ -4,9 +4,8 @@ answer.
 The same for every reference: earlier days, a fingerprint, the simulator alone.
 """
 
-import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
@@ -18,12 +17,12 @@ from rig.gap.answer.findings import Findings
 from rig.gap.answer.how_far.held_out import HowFar, how_far
 from rig.gap.answer.how_far.retuning import EffectChange, retune
 from rig.gap.answer.result import Diagnosis
-from rig.gap.evidence.posterior import Posterior, judge
-from rig.gap.evidence.second import with_second
+from rig.gap.both_factors import BothFactors
+from rig.gap.evidence.posterior import Posterior
 from rig.gap.hypotheses.fit import Fit
-from rig.gap.hypotheses.inverse_problems import PRESSURES, InverseProblem, angle_problem, pressure_problem
-from rig.gap.hypotheses.library import NONE, UNKNOWN, Effect, chosen
-from rig.gap.plan.candidates import SweepEnvelope
+from rig.gap.hypotheses.inverse_problems import PRESSURES
+from rig.gap.hypotheses.library import Effect, chosen
+from rig.gap.question import Question
 from rig.gap.raw_tests.all_tests import read_signatures
 from rig.gap.raw_tests.converter_codes import ConverterCode, centred
 from rig.gap.raw_tests.lost_rows import lost_rows, without_lost
@@ -31,15 +30,13 @@ from rig.gap.raw_tests.quantisation import code_found
 from rig.gap.raw_tests.signature import Signature
 from rig.gap.records.fingerprint_records import pair_with_kept
 from rig.gap.records.pairs import Pair, Pairing, pair_up
-from rig.gap.reference.build import Expected, Kind, as_referred, commanded_gaps, expect, read_right
+from rig.gap.reference.build import Expected, Kind, commanded_gaps, expect
 from rig.gap.reference.known_noise import known_noise
-from rig.gap.reference.monitors import misread
-from rig.gap.reference.own_days import pressure_days
 from rig.gap.reference.simulated import at_rest, misfit_deg
-from rig.gap.settings import ANOTHER_RIG, EVEN_CHANCE, FAINT, MOST_FAINT, POSSIBLE, STILL_LIKELY, Fitted, fitted
+from rig.gap.settings import ANOTHER_RIG
 from rig.model.fingerprint import Fingerprint
 from rig.model.parameters import Model
-from rig.record import Column, Record
+from rig.record import Record
 
 
 @dataclass(frozen=True)
@@ -53,33 +50,6 @@ class Grounds:
 
 Repair = Callable[[Record], Record]
 """Takes out of a record what its raw samples show."""
-ExperimentEvidence = Mapping[str, Mapping[str, float]]
-"""Log evidence (nats) of later experiments, by factor and hypothesis; it is added to the prior odds."""
-
-
-@dataclass(frozen=True)
-class Question:
-    """What is asked of which records."""
-
-    model: Model | None
-    records: Sequence[Record]
-    days: Sequence[Sequence[Record]]
-    kind: Kind
-    sister: bool = False
-    """The simulator was made for another rig of the build, or from data sheets."""
-    pressures: bool = True
-    library: Sequence[str] | None = None
-    experiments: ExperimentEvidence = field(default_factory=dict)
-    known_hz: float = np.inf
-    """Fastest excitation that the reference is known from, see `Expected`."""
-    withheld: Sequence[str] = ()
-    """Effects that the rig may have and that are not in the library at hand."""
-    ahead: bool = True
-    """The rig can have an effect ahead of its pressure monitors at all."""
-    settings: Fitted = field(default_factory=fitted)
-    """The levels and priors to judge by."""
-    envelope: SweepEnvelope | None = None
-    """What the rig allows the records that are recommended; None: careful bounds."""
 
 
 def answer(question: Question) -> tuple[Diagnosis, Grounds]:
@@ -151,7 +121,7 @@ def weigh(question: Question) -> tuple[list[Signature], Expected, tuple[Posterio
         known_hz=question.known_hz,
     )
     fitting = [effect for effect in effects if not effect.signature]
-    return signatures, *_judged(question, expected, fitting, question.settings)
+    return signatures, *BothFactors(question, fitting).judged(expected)
 
 
 def _fingerprint(question: Question) -> Fingerprint | None:
@@ -172,107 +142,6 @@ def _of_another_rig(missed_deg: float, expected: Expected) -> str:
         f"the model misses the earlier days by {missed_deg:.2g} deg, {100 * missed_deg / spread:.0f} % of their "
         "spread: another rig's? How far the gap shrinks is by the description of those days, not by this model"
     )
-
-
-def _judged(
-    question: Question, expected: Expected, effects: Sequence[Effect], settings: Fitted
-) -> tuple[Expected, tuple[Posterior, ...]]:
-    """What competes on each factor, upstream first; and what was expected of the angle, given what the pressures
-    say."""
-
-    def experiments(problem: InverseProblem) -> Mapping[str, float]:
-        return question.experiments.get(problem.name, {})
-
-    def judged(problem: InverseProblem, healthy: float = 0.0) -> Posterior:
-        return judge(effects, _with_withheld(question, problem), experiments(problem), healthy)
-
-    def beside(name: str, one: Expected) -> Posterior:
-        problem = angle_problem(one, settings)
-        return judged(problem, problem.forward.odds.healthy if name == NONE else 0.0)
-
-    def seconded(alone: Posterior) -> tuple[Posterior, ...]:
-        return with_second(effects, alone, experiments(alone.problem))
-
-    if not expected.driven or not question.ahead:
-        return expected, seconded(judged(angle_problem(expected, settings)))
-    ahead = judged(pressure_problem(expected, settings))
-    days = pressure_days(expected.contexts)
-    given = {name: expected_given(ahead, name, expected, days, settings) for name in ahead.likely(STILL_LIKELY)}
-    found = {name: beside(name, one) for name, one in given.items()}
-    faint = _faint(ahead, given, expected, days, settings)
-    if len(given) + len(faint) > 1:
-        few = _still_open(effects, found.values())
-        beside_each = found | {name: judge(few, angle_problem(one, settings)) for name, one in faint.items()}
-        ahead = ahead.with_evidence(_angle_evidence(beside_each, ahead.problem.forward.odds.together))
-    best = max((*given, *faint), key=lambda name: ahead.probability[name])
-    if best in faint:
-        given, found = faint, {best: beside(best, faint[best])}
-    here, joint = given[best], found[best]
-    if ahead.found and joint.found:
-        still = as_referred(expected)
-        ahead = ahead.as_if_misread(_misread_alone(ahead, joint, angle_problem(still, settings)))
-        if ahead.monitors_alone > EVEN_CHANCE:
-            here, joint = still, judged(angle_problem(still, settings))
-            return here, (ahead, *seconded(joint))
-    return here, (*seconded(ahead), *seconded(joint))
-
-
-def _misread_alone(ahead: Posterior, joint: Posterior, still: InverseProblem) -> float:
-    """Probability that what the pressures show is in their monitors alone: that something acts on those and the joint
-    moves as if it were not there (`still`), against the likeliest hypothesis ahead of them and what the `joint` then
-    asks for beside it. A slow monitor is a slow regulator else, and a friction that undoes it. Beforehand it is as
-    likely as something unknown, and that beside something."""
-    odds, prior = ahead.problem.forward.odds, ahead.problem.forward.prior
-    nothing = judge([], still).log_evidence_of_none
-    log_odds = nothing - joint.log_evidence_beside(odds.together) + odds.unknown + prior.log_beside
-    return float(0.5 * (1.0 + np.tanh(0.5 * log_odds)))
-
-
-def _angle_evidence(found: Mapping[str, Posterior], together: float) -> dict[str, float]:
-    """What the angle says (nats) of the hypotheses ahead of the monitors: its posterior beside each."""
-    return {name: one.log_evidence_beside(0.0 if name == NONE else together) for name, one in found.items()}
-
-
-def _faint(
-    ahead: Posterior, given: Mapping[str, Expected], expected: Expected, days: Column, settings: Fitted
-) -> dict[str, Expected]:
-    """What is expected of the angle by hypotheses ahead of the monitors that are unlikely by the pressures, and that
-    read the monitors otherwise than the likeliest: an offset that is really there moves the joint, one of a monitor
-    does not, and the pressures alone do not tell these apart."""
-    likeliest = next(iter(given.values())).misread
-    if likeliest is None:
-        return {}
-    unlikely = [name for name in ahead.likely(FAINT) if name not in given and name in ahead.fits][:MOST_FAINT]
-    made = {name: expected_given(ahead, name, expected, days, settings) for name in unlikely}
-    return {name: one for name, one in made.items() if one.misread and one.misread.differs(likeliest)}
-
-
-def _still_open(effects: Sequence[Effect], found: Iterable[Posterior]) -> list[Effect]:
-    """The effects that any of these posteriors holds for possible."""
-    possible = {name for one in found for name in one.likely(POSSIBLE)}
-    return [effect for effect in effects if effect.name in possible]
-
-
-def expected_given(ahead: Posterior, name: str, expected: Expected, days: Column, settings: Fitted) -> Expected:
-    """What is expected of the angle once a hypothesis holds ahead of the monitors; `days`: the pressures (MPa) of
-    the earlier days (n, K). What something unknown does to the pressures, alone or beside an effect, is no error of the
-    monitors'."""
-    if name == UNKNOWN or ahead.log_odds_beside.get(name, -math.inf) > 0.0:
-        return expected
-    factor, levels = ahead.forward_of(name).factor, settings.levels[expected.levels]
-    return read_right(expected, misread(factor, ahead.residual(name), levels, days))
-
-
-def _with_withheld(question: Question, problem: InverseProblem) -> InverseProblem:
-    """What is thought beforehand of something unknown, with what was thought of the effects that are kept from the
-    library."""
-    kept_out = [effect for effect in chosen(question.withheld) if not effect.signature]
-    acting = sum(any(problem.shows(law) for law in effect.laws) for effect in kept_out)
-    if not acting:
-        return problem
-    odds = problem.forward.odds
-    unknown = float(np.logaddexp(odds.unknown, np.log(acting)))
-    return replace(problem, forward=replace(problem.forward, odds=replace(odds, unknown=unknown)))
 
 
 def _paired(question: Question, records: Sequence[Record], days: Sequence[Sequence[Record]]) -> Pairing:

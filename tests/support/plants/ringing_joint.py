@@ -5,7 +5,8 @@ from functools import lru_cache
 from hil.reference.cases import Purpose, bench_of, draw_sheet, realise
 from rig.blind_check.source import records_of
 from rig.gap.evidence.posterior import Posterior
-from rig.gap.pipeline import Question, weigh
+from rig.gap.pipeline import weigh
+from rig.gap.question import Question
 from rig.gap.reference.build import Kind
 
 RIVALS = (

@@ -12,10 +12,10 @@ from itertools import repeat
 from hil.reference.cases import Case
 from rig.app.gap.calibrating import FittingPlan, days_of, identified, origin, reported, rigs_of
 from rig.errors import ModelError
+from rig.gap.both_factors import expected_given
 from rig.gap.evidence.posterior import Posterior, judge
 from rig.gap.hypotheses.inverse_problems import angle_problem, pressure_problem
 from rig.gap.hypotheses.library import NONE, chosen
-from rig.gap.pipeline import expected_given
 from rig.gap.prior_fitting.usual_sizes import Factors, Shown, fit_usual
 from rig.gap.records.pairs import pair_up
 from rig.gap.reference.build import SISTER, Kind, expect

@@ -8,7 +8,8 @@ from support.plants.gap_rigs import baselines, model, session
 
 from rig.gap.evidence.posterior import Posterior
 from rig.gap.hypotheses.library import NONE
-from rig.gap.pipeline import Question, weigh
+from rig.gap.pipeline import weigh
+from rig.gap.question import Question
 from rig.gap.reference.build import Kind
 from rig.gap.settings import Fitted, fitted
 from rig.model.parameters import AddedEffect

@@ -18,8 +18,9 @@ from rig.cli.gap.study import temperature as command
 from rig.errors import RecordError
 from rig.gap.evidence.posterior import flattened
 from rig.gap.hypotheses.library import NONE, UNKNOWN
-from rig.gap.pipeline import Question, answer, weigh
+from rig.gap.pipeline import answer, weigh
 from rig.gap.prior_fitting.temperature import NamedFactor, fit_temperature, log_likelihood
+from rig.gap.question import Question
 from rig.gap.reference.build import Kind
 from rig.gap.settings import CREDIBLE, Fitted, fitted
 from rig.model.parameters import AddedEffect

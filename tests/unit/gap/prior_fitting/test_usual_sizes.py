@@ -17,9 +17,10 @@ from rig.gap.evidence.posterior import Posterior
 from rig.gap.evidence.second import with_usual
 from rig.gap.evidence.usual_sizes import Usual, nothing, times_usual
 from rig.gap.hypotheses.library import NONE, chosen
-from rig.gap.pipeline import Question, weigh
+from rig.gap.pipeline import weigh
 from rig.gap.plan.capability import capability
 from rig.gap.prior_fitting.usual_sizes import Factors, Shown, fit_usual
+from rig.gap.question import Question
 from rig.gap.records.pairs import pair_up
 from rig.gap.reference.build import Kind, expect
 from rig.gap.settings import Fitted, UsualSizes, fitted

@@ -5,9 +5,10 @@ from dataclasses import replace
 import pytest
 from support.plants.gap_rigs import baselines, model, session
 
+from rig.gap.both_factors import expected_given
 from rig.gap.diagnosis import diagnose_with_grounds
 from rig.gap.hypotheses.library import NONE, UNKNOWN
-from rig.gap.pipeline import Grounds, expected_given
+from rig.gap.pipeline import Grounds
 from rig.gap.reference.own_days import pressure_days
 from rig.gap.settings import fitted
 from rig.model.parameters import AddedEffect
