@@ -1,7 +1,7 @@
 # make run: set up, then the main job on the simulated rig; make run RIG=configs/rigs/NAME.yaml: the paper's sweeps on that rig.  make test: set up, then every check that CI runs.
 PYTHON ?= python3
-# two more than the two processors of CI: the two that read the clock mostly wait (docs/decisions/0769)
-WORKERS ?= 4
+# one more than the two processors of CI: the one that reads the clock mostly waits (docs/decisions/0712)
+WORKERS ?= 3
 BIN := .venv/bin
 
 export OPENBLAS_NUM_THREADS = 1

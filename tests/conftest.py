@@ -196,16 +196,15 @@ def reads_the_clock(item: pytest.Item) -> bool:
     return of_real_processes(item.path) or item.get_closest_marker("real_time") is not None
 
 
-def bears_seconds(item: Any) -> bool:
-    """Of those that read the clock: a browser's, before a rig that bears seconds, and whatever says so of itself."""
-    return "chromium" in item.fixturenames or item.get_closest_marker("bears_seconds") is not None
+def holds_a_browser(item: Any) -> bool:
+    return "chromium" in item.fixturenames
 
 
-def arranged(clock: list[T], patient: list[T], rest: list[T], workers: int) -> list[T]:
+def arranged(clock: list[T], browser: list[T], rest: list[T], workers: int) -> list[T]:
     """Each of several workers begins with a piece as long as the others' (`--dist worksteal`): what reads the clock
-    begins the first, those of them that bear seconds the second, for each has a lane of its own."""
-    before = max((len(clock) + len(patient) + len(rest)) // workers - len(clock), 0) if workers > 1 else 0
-    return [*clock, *rest[:before], *patient, *rest[before:]]
+    begins the first, what holds a browser the second, for each has a lane of its own."""
+    before = max((len(clock) + len(browser) + len(rest)) // workers - len(clock), 0) if workers > 1 else 0
+    return [*clock, *rest[:before], *browser, *rest[before:]]
 
 
 @pytest.hookimpl(tryfirst=True)
@@ -234,9 +233,9 @@ def pytest_runtest_protocol(item: pytest.Item) -> Iterator[None]:
 
 @contextlib.contextmanager
 def lane_of(item: Any) -> Iterator[None]:
-    """One test at a time, of all workers, reads the clock; one more may do so that bears seconds (decisions 0712,
-    0769)."""
-    lane = "support/rigs/page_rig.py" if bears_seconds(item) else "conftest.py"
+    """One test at a time, of all workers, reads the clock; one more may hold a browser, before a rig that bears
+    seconds (decision 0712)."""
+    lane = "support/rigs/page_rig.py" if holds_a_browser(item) else "conftest.py"
     with (Path(__file__).parent / lane).open() as locked:
         fcntl.flock(locked, fcntl.LOCK_EX)
         try:
@@ -269,15 +268,16 @@ def may_come_forward() -> bool:
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """One worker has all that reads the clock, another those that bear seconds (decisions 0712, 0723, 0769), whatever
-    order was drawn; hardware tests run only when a rig is named."""
-    seed, workers = config.getoption("--shuffle"), int(os.environ.get("PYTEST_XDIST_WORKER_COUNT", "1"))
+    """One worker has all that reads the clock, another what holds a browser (decisions 0712, 0723), or all is in the
+    order that was drawn; hardware tests run only when a rig is named."""
+    seed = config.getoption("--shuffle")
     if seed is not None:
         items[:] = shuffled(items, seed)
-    if seed is None or workers > 1:
-        patient = [item for item in items if reads_the_clock(item) and bears_seconds(item)]
-        clock = [item for item in items if reads_the_clock(item) and not bears_seconds(item)]
-        items[:] = arranged(clock, patient, [item for item in items if not reads_the_clock(item)], workers)
+    else:
+        browser = [item for item in items if holds_a_browser(item)]
+        clock = [item for item in items if reads_the_clock(item) and not holds_a_browser(item)]
+        rest = [item for item in items if not (reads_the_clock(item) or holds_a_browser(item))]
+        items[:] = arranged(clock, browser, rest, int(os.environ.get("PYTEST_XDIST_WORKER_COUNT", "1")))
     for item in items:
         if reads_the_clock(item):
             again = functools.partial(may_run_again, item)

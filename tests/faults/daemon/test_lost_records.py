@@ -16,7 +16,6 @@ from rig.cli.service import daemon as cli_daemon
 from rig.qualify.faults.bench import FaultBench, named_children
 
 pytest_plugins = "support.rigs.run_rig"
-pytestmark = pytest.mark.bears_seconds
 
 AT_ONCE_S = 3.0
 SWEEP = """\

@@ -25,8 +25,6 @@ from rig.qualify.faults.wired import (
     WiredFaultBench,
 )
 
-pytestmark = pytest.mark.bears_seconds
-
 
 @pytest.fixture(scope="module")
 def bench(tmp_path_factory: pytest.TempPathFactory) -> Iterator[FaultBench]:

@@ -3,14 +3,11 @@
 import json
 from pathlib import Path
 
-import pytest
 from click.testing import CliRunner
 
 from rig.cli.qualify.faults import faults
 from rig.errors import RigError
 from rig.qualify.soak import SWEEP, soak
-
-pytestmark = pytest.mark.bears_seconds
 
 QUICK = SWEEP.replace("settle_s: 2.0", "settle_s: 0.1\nzero_s: 0.05\nramp_in_s: 0.1\nramp_out_s: 0.1")
 """What is around a record may be short: watched are processes, and misses beside what the witnesses saw."""

@@ -11,8 +11,6 @@ from support.rigs.switched_line import SwitchedBench
 
 from rig.errors import RigError
 
-pytestmark = pytest.mark.bears_seconds
-
 
 @pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGSTOP])
 def test_after_a_reset_in_vain(tmp_path: Path, number: int) -> None:

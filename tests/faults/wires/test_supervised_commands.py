@@ -22,8 +22,6 @@ from rig.qualify.faults.bench import RIG, SAFE_MPA, named_children
 from rig.qualify.faults.wired import ModbusFaultBench
 from rig.realtime.clock import MonotonicClock
 
-pytestmark = pytest.mark.bears_seconds
-
 KILL, STOP = signal.SIGKILL, signal.SIGSTOP
 
 

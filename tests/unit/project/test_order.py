@@ -1,12 +1,9 @@
 """Who reads the clock goes first, and who computes steps back for it (decisions 0712, 0723)."""
 
 import os
-from itertools import groupby
-from types import SimpleNamespace
-from typing import Any
 
 import pytest
-from conftest import STEPS_BACK, arranged, bears_seconds, may_come_forward, reads_the_clock, shuffled
+from conftest import STEPS_BACK, arranged, holds_a_browser, may_come_forward, reads_the_clock
 
 BESIDE_OTHERS = "PYTEST_XDIST_WORKER" in os.environ
 
@@ -17,9 +14,9 @@ def nicer() -> int:
 
 
 def test_who_reads_the_clock_goes_first(request: pytest.FixtureRequest) -> None:
-    if request.config.getoption("--shuffle") is not None and not BESIDE_OTHERS:
-        pytest.skip("in an order that was drawn, by one process")
-    clocks = [reads_the_clock(item) for item in request.session.items if not bears_seconds(item)]
+    if request.config.getoption("--shuffle") is not None:
+        pytest.skip("in an order that was drawn")
+    clocks = [reads_the_clock(item) for item in request.session.items if not holds_a_browser(item)]
     assert clocks == sorted(clocks, reverse=True)
     assert clocks.count(True) >= 1, "the test below"
 
@@ -27,24 +24,14 @@ def test_who_reads_the_clock_goes_first(request: pytest.FixtureRequest) -> None:
 @pytest.mark.parametrize(
     ("workers", "order"),
     [
-        (1, ["clock"] * 2 + ["patient"] * 2 + ["rest"] * 8),
-        (3, ["clock"] * 2 + ["rest"] * 2 + ["patient"] * 2 + ["rest"] * 6),
-        (6, ["clock"] * 2 + ["patient"] * 2 + ["rest"] * 8),
-        (12, ["clock"] * 2 + ["patient"] * 2 + ["rest"] * 8),
+        (1, ["clock"] * 2 + ["browser"] * 2 + ["rest"] * 8),
+        (3, ["clock"] * 2 + ["rest"] * 2 + ["browser"] * 2 + ["rest"] * 6),
+        (6, ["clock"] * 2 + ["browser"] * 2 + ["rest"] * 8),
+        (12, ["clock"] * 2 + ["browser"] * 2 + ["rest"] * 8),
     ],
 )
-def test_the_two_lanes_begin_the_pieces_of_two_workers(workers: int, order: list[str]) -> None:
-    assert arranged(["clock"] * 2, ["patient"] * 2, ["rest"] * 8, workers) == order
-
-
-def test_one_seed_draws_one_order_and_keeps_what_a_file_shares_together() -> None:
-    items: Any = [SimpleNamespace(location=(f"file {n // 10}", n, "")) for n in range(50)]
-    drawn = shuffled(items, 7)
-    assert drawn == shuffled(items, 7) != shuffled(items, 8)
-    files = [item.location[0] for item in drawn]
-    assert [file for file, _ in groupby(files)] != sorted(set(files)), "files in another order"
-    assert len(list(groupby(files))) == 5
-    assert {item.location[1] for item in drawn} == set(range(50))
+def test_clock_and_browsers_begin_the_pieces_of_two_workers(workers: int, order: list[str]) -> None:
+    assert arranged(["clock"] * 2, ["browser"] * 2, ["rest"] * 8, workers) == order
 
 
 @pytest.mark.skipif(not BESIDE_OTHERS, reason="there is nobody to step back for")

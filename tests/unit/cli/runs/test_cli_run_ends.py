@@ -22,7 +22,7 @@ from rig.realtime.state import State
 from rig.sample import SAMPLE_BYTES, Phase
 
 pytest_plugins = "support.rigs.run_rig"
-pytestmark = [pytest.mark.real_time, pytest.mark.bears_seconds]
+pytestmark = pytest.mark.real_time
 
 
 def test_a_full_disk_ends_in_an_invalid_record_and_not_in_a_dead_loop(tmp_path: Path) -> None:
