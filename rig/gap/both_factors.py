@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from rig.gap.evidence.posterior import Posterior, judge
+from rig.gap.evidence.posterior import Posterior, chance_of, judge
 from rig.gap.evidence.second import with_second
 from rig.gap.hypotheses.inverse_problems import InverseProblem, angle_problem, pressure_problem
 from rig.gap.hypotheses.library import NONE, UNKNOWN, Effect, chosen
@@ -39,9 +39,10 @@ class BothFactors:
         ahead, under, joint = self._both(expected)
         if ahead.found and joint.found:
             still = as_referred(expected)
-            ahead = ahead.as_if_misread(_misread_alone(ahead, joint, self._angle(still)))
+            problem = self._angle(still)
+            ahead = ahead.as_if_misread(_misread_alone(ahead, joint, problem))
             if ahead.monitors_alone > EVEN_CHANCE:
-                return still, (ahead, *self._with_second(self._on(self._angle(still))))
+                return still, (ahead, *self._with_second(self._on(problem)))
         return under, (*self._with_second(ahead), *self._with_second(joint))
 
     def _both(self, expected: Expected) -> tuple[Posterior, Expected, Posterior]:
@@ -85,8 +86,7 @@ def _misread_alone(ahead: Posterior, joint: Posterior, still: InverseProblem) ->
     likely as something unknown, and that beside something."""
     odds, prior = ahead.problem.forward.odds, ahead.problem.forward.prior
     nothing = judge([], still).log_evidence_of_none
-    log_odds = nothing - joint.log_evidence_beside(odds.together) + odds.unknown + prior.log_beside
-    return float(0.5 * (1.0 + np.tanh(0.5 * log_odds)))
+    return chance_of(nothing - joint.log_evidence_beside(odds.together) + odds.unknown + prior.log_beside)
 
 
 def _angle_evidence(found: Mapping[str, Posterior], together: float) -> dict[str, float]:

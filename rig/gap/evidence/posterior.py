@@ -65,8 +65,7 @@ class Posterior:
     @property
     def beside(self) -> float:
         """Probability that something unknown stands beside the likeliest effect, if that is the answer."""
-        odds = self.log_odds_beside.get(self.best, -math.inf)
-        return 0.5 * (1.0 + math.tanh(0.5 * odds))
+        return chance_of(self.log_odds_beside.get(self.best, -math.inf))
 
     @property
     def sure_beside(self) -> float:
@@ -190,6 +189,11 @@ def parted(logs: Mapping[str, float], experiments: Mapping[str, float]) -> dict[
     before = np.logaddexp.reduce([logs[name] for name in effects])
     average = float(np.logaddexp.reduce([logs[name] + experiments[name] for name in effects]) - before)
     return {name: value + (experiments[name] - average if name in experiments else 0.0) for name, value in logs.items()}
+
+
+def chance_of(log_odds: float) -> float:
+    """The probability that has these odds, ln."""
+    return 0.5 * (1.0 + math.tanh(0.5 * log_odds))
 
 
 def flattened(chances: Column, temperature: float) -> Column:

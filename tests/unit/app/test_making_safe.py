@@ -47,6 +47,13 @@ def attempting(*, watcher: bool = True) -> Iterator["subprocess.Popen[str]"]:
         process.communicate()
 
 
+def claimed(wires: list[str], commander: int, written: list[str]) -> SecondPath:
+    """A way to a device on these wires, in the place of a lost process of the commander's."""
+    return SecondPath(
+        lambda: written.append("safe"), lambda: True, claim=lambda: wire_locks.making_safe(wires, commander)
+    )  # fmt: skip
+
+
 def test_who_takes_a_wire_waits_for_the_attempt_that_is_under_way(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(wire_locks, "ATTEMPT_S", 60.0)
     with attempting() as other:
@@ -101,28 +108,24 @@ def test_a_name_that_somebody_forged_ends_nobody() -> None:
 
 def test_beside_somebody_else_who_drives_nothing_is_written_in_another_s_place() -> None:
     written: list[str] = []
-
-    def claimed(commander: int) -> SecondPath:
-        return SecondPath(
-            lambda: written.append("safe"), lambda: True,
-            claim=lambda: wire_locks.making_safe(["a", "b"], commander),
-        )  # fmt: skip
-
+    lost = claimed(["a", "b"], NOBODY, written)
     with wire_locks.held(["b"]):
-        assert write_and_look(claimed(NOBODY)) is Outcome.FAILED
+        assert write_and_look(lost) is Outcome.FAILED
         assert not written
-        assert write_and_look(claimed(os.getpid())) is Outcome.SEEN, "its own loop, which hangs or is on its way out"
-        assert insist(claimed(NOBODY), 0.0) is Outcome.SEEN, "an operator's word"
-    assert write_and_look(claimed(NOBODY)) is Outcome.SEEN
+        own = claimed(["a", "b"], os.getpid(), written)
+        assert write_and_look(own) is Outcome.SEEN, "its own loop, which hangs or is on its way out"
+        assert insist(lost, 0.0) is Outcome.SEEN, "an operator's word"
+    assert write_and_look(lost) is Outcome.SEEN
     assert len(written) == 3
 
 
 def test_where_nobody_says_who_drives_it_is_written() -> None:
     """Its own loop, of a machine that gave no descriptor for a second name, may be the one."""
+    written: list[str] = []
     held = wire_locks.hold(["a"])
     os.close(held.pop())
-    with wire_locks.making_safe(["a"], NOBODY):
-        pass
+    assert write_and_look(claimed(["a"], NOBODY, written)) is Outcome.SEEN
+    assert written == ["safe"]
     os.close(held.pop())
 
 
@@ -130,6 +133,7 @@ def test_a_machine_that_gives_no_descriptor_keeps_nobody_from_making_safe(monkey
     def none_left(*_: object) -> None:
         raise OSError(24, "Too many open files")
 
+    written: list[str] = []
     monkeypatch.setattr(wire_locks.socket, "socket", none_left)
-    with wire_locks.making_safe(["a"], NOBODY):
-        pass
+    assert write_and_look(claimed(["a"], NOBODY, written)) is Outcome.SEEN
+    assert written == ["safe"]

@@ -7,7 +7,7 @@ from rig.gap.answer.facts import RAW, Verdict
 from rig.gap.answer.observations import MONITORS_ALONE
 from rig.gap.answer.result import Cause, Diagnosis
 from rig.gap.answer.words.compared import before, from_model, no_effect, than
-from rig.gap.answer.words.effects import EffectWords, noun_of
+from rig.gap.answer.words.effects import EffectWords, capital, noun_of
 from rig.gap.answer.words.effects_without_valves import words_of
 from rig.gap.answer.words.sizes import size
 from rig.gap.hypotheses.inverse_problems import ANGLE, PRESSURES
@@ -30,7 +30,7 @@ def something_unknown(diagnosis: Diagnosis) -> str:
     """That there is something which no effect explains, where it is seen, and what is nearest."""
     alone = next((seen.text for seen in diagnosis.observations if seen.test == MONITORS_ALONE), "")
     if alone:
-        return f"{alone[:1].upper()}{alone[1:]}."
+        return f"{capital(alone)}."
     what = "The rig does something that the simulator does not" if from_model(diagnosis) else "Something has changed"
     near = next((cause.ambiguous_with for cause in diagnosis.causes if cause.ambiguous_with), ())
     likely = [line.effect for line in diagnosis.ranking if line.effect in near and line.probability > EVEN_CHANCE]
@@ -74,7 +74,7 @@ def _words(diagnosis: Diagnosis) -> list[EffectWords]:
 def _of_each(texts: Sequence[tuple[str, str]]) -> str:
     """One text of each effect, (noun, text); of several, behind what it is called."""
     several = len(texts) > 1
-    return ". ".join(f"{noun[:1].upper()}{noun[1:]}: {text}" if several else text for noun, text in texts)
+    return ". ".join(f"{capital(noun)}: {text}" if several else text for noun, text in texts)
 
 
 def _with_size(cause: Cause, diagnosis: Diagnosis) -> str:

@@ -268,6 +268,11 @@ EFFECT_WORDS: Mapping[str, EffectWords] = {
 """Effect -> its words."""
 
 
+def capital(clause: str) -> str:
+    """A clause as it begins a sentence; names in it stay as they are."""
+    return f"{clause[:1].upper()}{clause[1:]}"
+
+
 def noun_of(effect: str) -> str:
     """What an effect is called, with its name where that is another; of one of another package its name."""
     noun = EFFECT_WORDS[effect].noun if effect in EFFECT_WORDS else effect

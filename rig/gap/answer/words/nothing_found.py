@@ -3,6 +3,7 @@
 from rig.gap.answer.facts import Retuning
 from rig.gap.answer.result import Diagnosis
 from rig.gap.answer.words.compared import SOURCES, from_model, no_effect, than
+from rig.gap.answer.words.effects import capital
 from rig.gap.answer.words.retuning import absorbed, moves
 from rig.gap.answer.words.sizes import degrees
 from rig.gap.raw_tests.signature import MONITOR
@@ -20,7 +21,7 @@ def nothing_found(diagnosis: Diagnosis) -> str:
     unheard = "; ".join(seen.text for seen in diagnosis.observations if seen.test.startswith(MONITOR))
     if not unheard:
         return sentence
-    return f"{unheard[:1].upper()}{unheard[1:]}. By the angle alone {sentence[:1].lower()}{sentence[1:]}"
+    return f"{capital(unheard)}. By the angle alone {sentence[:1].lower()}{sentence[1:]}"
 
 
 def _nothing(diagnosis: Diagnosis) -> str:

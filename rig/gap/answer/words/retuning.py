@@ -8,7 +8,7 @@ from rig.gap.answer.facts import ABSORBED_SHARE, ParameterMove, Retuning
 from rig.gap.answer.result import Diagnosis, Interval
 from rig.gap.answer.words.causes import in_pressures
 from rig.gap.answer.words.compared import FEW
-from rig.gap.answer.words.effects import noun_of
+from rig.gap.answer.words.effects import capital, noun_of
 from rig.gap.answer.words.sizes import degrees, percent, size
 from rig.gap.reference.kinds import Kind
 
@@ -158,5 +158,5 @@ def _beyond(diagnosis: Diagnosis, tuning: Retuning) -> str:
     if more < 0.0:
         return f"That closes more than {what} alone: the simulator is also off in what it has."
     if tuning.closes_fraction <= 0.0:
-        return f"{what[:1].upper()}{what[1:]} {closes} {100 * more:.0f} %."
+        return f"{capital(what)} {closes} {100 * more:.0f} %."
     return f"Beyond that, {what} {closes} another {100 * more:.0f} %."

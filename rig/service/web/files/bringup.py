@@ -79,8 +79,7 @@ class BringUp:
         if name not in {step.name for step in self._steps}:
             raise RigError(f"{name[:40]!a}: no such step")
         confirmed = self._confirmed()
-        if confirmed is None:
-            self._kept.put_aside()
+        self._kept.unreadable = confirmed is None
         confirmed = confirmed or {}
         confirmed.pop(name, None)
         if done:

@@ -2,94 +2,28 @@
 
 import _thread
 import asyncio
-import os
 import signal
-import subprocess
-import sys
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import AbstractContextManager
 from types import SimpleNamespace
 from typing import Any, cast
 
 import pytest
+from support.rigs.watched_session import Bench, until
 
 from rig.errors import DeviceError
-from rig.realtime.commands import Mailbox
 from rig.realtime.faults import Fault
-from rig.realtime.ring import Ring, RingWriter
-from rig.realtime.safe_state import LoopVerdict, Outcome, SafeBlock, SafeReport, SecondPath, Writer
+from rig.realtime.safe_state import LoopVerdict, Outcome, SafeReport, SecondPath, Writer
 from rig.realtime.state import State
 from rig.sample import Sample
 from rig.service.connections.protocol import Refused
-from rig.service.session.process_watch import LOOP_PATIENCE_S, Loss, ProcessWatch
+from rig.service.session.process_watch import LOOP_PATIENCE_S, Loss
 from rig.service.session.session_monitor import SessionMonitor
 from rig.service.session.telemetry import Telemetry, safe_json
 
 pytestmark = pytest.mark.real_time
-PERIOD_NS = 5_000_000
-SLEEPER = [sys.executable, "-c", "import time; time.sleep(60)"]
-
-
-class Process:
-    """A process as multiprocessing shows one."""
-
-    def __init__(self) -> None:
-        self._process = subprocess.Popen(SLEEPER)
-        self.pid = self._process.pid
-
-    def is_alive(self) -> bool:
-        return self._process.poll() is None
-
-    @property
-    def exitcode(self) -> int | None:
-        return self._process.poll()
-
-    def send(self, number: int) -> None:
-        self._process.send_signal(number)
-
-    def end(self) -> None:
-        self._process.kill()
-        self._process.wait()
-
-
-class Bench:
-    """A session without its loop: a process that may be struck, and whoever watches it."""
-
-    def __init__(self) -> None:
-        name = f"test-{os.getpid()}-{time.monotonic_ns()}"
-        self.ring, self.mailbox = Ring.create(f"{name}-ring", 1), Mailbox.private()
-        self.block = SafeBlock.create(f"{name}-safe", 1)
-        self.loop, self.recorder = Process(), Process()
-        self.writer = RingWriter(self.ring)
-        self.writer.beat()
-        self.supervisor_works = True
-        self.trouble = ""
-        self.wrote_while_alive: list[bool] = []
-        self.unreachable = False
-
-    def safe(self) -> None:
-        if self.unreachable:
-            raise DeviceError("no reply")
-        self.wrote_while_alive.append(self.loop.is_alive())
-
-    def watch(self, second_path: Callable[[], SecondPath] | None = None) -> ProcessWatch:
-        watchers = SimpleNamespace(
-            processes={Writer.SUPERVISOR: 1}, block=self.block, trouble=lambda: self.trouble,
-            works=lambda _: self.supervisor_works,
-        )  # fmt: skip
-        path = second_path or (lambda: SecondPath(self.safe, lambda: True))
-        return ProcessWatch(
-            self.ring, self.mailbox, cast(Any, watchers), cast(Any, self.loop), cast(Any, self.recorder),
-            second_path=path, period_ns=PERIOD_NS,
-        )  # fmt: skip
-
-    def close(self) -> None:
-        self.loop.end()
-        self.recorder.end()
-        self.ring.block.unlink()
-        self.block.block.unlink()
 
 
 @pytest.fixture
@@ -101,17 +35,6 @@ def bench() -> Iterator[Bench]:
 
 def no_thread(*_: object) -> None:
     raise RuntimeError("can't start new thread")
-
-
-def until(watch: ProcessWatch, condition: Callable[[], bool], patience_s: float = 5.0) -> list[Loss]:
-    """Look until it is so; what was found lost meanwhile."""
-    found, deadline = [], time.monotonic() + patience_s
-    while not condition():
-        assert time.monotonic() < deadline, "in vain"
-        if loss := watch.look():
-            found.append(loss)
-        time.sleep(0.002)
-    return found
 
 
 def test_with_the_supervisor_lost_too_a_killed_loop_is_followed_up_here(bench: Bench) -> None:
