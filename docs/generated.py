@@ -10,13 +10,15 @@ import inspect
 import json
 import re
 import textwrap
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
 import click
 
 from rig.cli.commands import cli
+from rig.gap.reference.patterns import ANGLE_NUISANCES, REGULATOR_NUISANCES, VALVE_NUISANCES, Nuisance
+from rig.gap.settings import FactorLevels, fitted
 from rig.qualify.faults.attacks import ATTACKS
 from rig.qualify.faults.table import TABLE as FAULT_ROWS
 from rig.qualify.figures import markdown
@@ -217,6 +219,32 @@ def real_rows() -> str:
     )
 
 
+def nuisances(named: Mapping[str, Nuisance], factor: str) -> str:
+    """A factor's nuisances with their levels as shipped, by reference."""
+    levels = {kind: getattr(one, factor).patterns for kind, one in fitted().levels.items()}
+
+    def rows() -> Iterator[list[str]]:
+        for name, one in named.items():
+            told = [f"{level[name]:.3g}" if name in level else "" for level in levels.values()]
+            yield [f"`{name}`", one.unit, one.meaning, one.elsewhere, *told]
+
+    return table(f"level | unit | of what | elsewhere | {' | '.join(levels)}", rows())
+
+
+def spreads() -> str:
+    """What else a factor has, with its value as shipped."""
+    meanings = member_docs(FactorLevels)
+    levels = fitted().levels
+
+    def rows() -> Iterator[list[str]]:
+        for name in ("share", "even", "floor"):
+            for factor in ("pressures", "angle"):
+                told = [f"{getattr(getattr(one, factor), name):.3g}" for one in levels.values()]
+                yield [f"`{factor}.{name}`", meanings[name], *told]
+
+    return table(f"level | of what | {' | '.join(levels)}", rows())
+
+
 BLOCKS: dict[str, Callable[[], str]] = {
     "sample_fields": sample_fields,
     "flags": flags,
@@ -228,6 +256,9 @@ BLOCKS: dict[str, Callable[[], str]] = {
     "options": options,
     "fault_rows": fault_rows,
     "attack_rows": attack_rows,
+    "valve_nuisances": lambda: nuisances(VALVE_NUISANCES | REGULATOR_NUISANCES, "pressures"),
+    "angle_nuisances": lambda: nuisances(ANGLE_NUISANCES, "angle"),
+    "spreads": spreads,
     "safe": lambda: settings(Safe),
     "limits": lambda: settings(Limits),
     "realtime": lambda: settings(Measures),

@@ -15,7 +15,8 @@ from rig.blind_check.row import CaseKind, EffectFact, Facts, Row, Truth
 from rig.blind_check.source import Named, records_of
 from rig.errors import RigError
 from rig.gap.answer.consistency import contradictions
-from rig.gap.answer.facts import ABSORBED_SHARE, Verdict
+from rig.gap.answer.facts import Verdict
+from rig.gap.answer.settings import ABSORBED_SHARE
 from rig.gap.hypotheses.library import LIBRARY, UNKNOWN, effect_class
 from rig.gap.raw_tests.noise_levels import loudness
 from rig.record import Column, Record

@@ -34,7 +34,7 @@ class Plant:
         dp = np.concatenate([np.zeros(rest), dp_mpa])
         times = self.period_s * np.arange(len(dp), dtype=np.float64)
         record = Record("feed-forward", times, dp, None, *around(self.p0_mpa, dp))
-        angle = simulate(self.model, record, start_deg=0.0).angle_deg
+        angle = simulate(self.model, record).angle_deg
         assert angle is not None
         return np.asarray(angle[rest:] - np.mean(angle[rest - rest // 8 : rest]))
 

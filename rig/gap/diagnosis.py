@@ -8,7 +8,7 @@ from rig.gap.experiments import answer_with
 from rig.gap.hypotheses.library import LIBRARY
 from rig.gap.pipeline import Grounds
 from rig.gap.plan.candidates import SweepEnvelope
-from rig.gap.possible_effects import channels_of_call, possible
+from rig.gap.possible_effects import channels_of_call, named_effects, possible
 from rig.gap.question import Question
 from rig.gap.reference.build import AUTO, Kind, because, choose
 from rig.gap.settings import Fitted, fitted
@@ -33,8 +33,8 @@ def diagnose(
     `baselines` holds one list of records a session of an earlier day, all of them healthy (`rig.gap.records.odd_days`
     finds those that do not go with the others). `reference` is auto, sessions, session,
     fingerprint or simulator; simulator says that the model was made for another rig of the build, or from data sheets.
-    `library` limits the effects by name. Raises RecordError when no record can be used, ModelError when there is
-    nothing to compare with, ConfigError for a reference that cannot be had.
+    `library` limits the effects, by their names or stages. Raises RecordError when no record can be used, ModelError
+    when there is nothing to compare with, ConfigError for a reference that cannot be had and a word that is no effect.
     """
     found, _ = diagnose_with_grounds(
         model, records, baselines, pressures=pressures, library=library, reference=reference
@@ -50,19 +50,20 @@ def diagnose_with_grounds(
     pressures: bool = True,
     library: Sequence[str] | None = None,
     reference: str = AUTO,
-    effects: Sequence[str] | None = None,
+    rig_effects: Sequence[str] | None = None,
     experiments: Sequence[Sequence[Record]] = (),
     settings: Fitted | None = None,
     envelope: SweepEnvelope | None = None,
 ) -> tuple[Diagnosis, Grounds]:
-    """`diagnose`, with what the answer rests on. `effects`: effects or stages that the rig can have, by its YAML;
+    """`diagnose`, with what the answer rests on. `rig_effects`: effects or stages that the rig can have, by its YAML;
     without, as the records' facts say. `experiments`: what was recorded afterwards to tell more, sweep by sweep.
     `settings`: levels and priors in place of the shipped ones. `envelope`: what the rig allows the records that are
     recommended; careful bounds without it."""
     channels = channels_of_call(model, records, baselines)
-    able = possible(channels, records, effects)
-    withheld = [] if library is None else [name for name in able if name not in library]
-    library = able if library is None else [name for name in able if name in library]
+    able = possible(channels, records, rig_effects)
+    asked = set(able) if library is None else named_effects(library, "library")
+    withheld = [name for name in able if name not in asked]
+    library = [name for name in able if name in asked]
     kind = choose(reference, model, len(baselines))
     sister = reference == Kind.SIMULATOR
     question = Question(

@@ -25,7 +25,7 @@ from rig.gap.hypotheses.library import Effect, chosen
 from rig.gap.question import Question
 from rig.gap.raw_tests.all_tests import read_signatures
 from rig.gap.raw_tests.converter_codes import ConverterCode, centred
-from rig.gap.raw_tests.lost_rows import lost_rows, without_lost
+from rig.gap.raw_tests.lost_samples import lost_samples, without_lost
 from rig.gap.raw_tests.quantisation import code_found
 from rig.gap.raw_tests.signature import Signature
 from rig.gap.records.fingerprint_records import pair_with_kept
@@ -165,7 +165,7 @@ def _named_only(signatures: Sequence[Signature], effects: Sequence[Effect]) -> l
 
 def _bridge(pair: Pair) -> Repair:
     """Over the case's lost samples, in the days beside it as well."""
-    return partial(without_lost, lost=lost_rows(pair.raw))
+    return partial(without_lost, lost=lost_samples(pair.raw))
 
 
 def paired_anew(question: Question, pairing: Pairing, of_case: Sequence[Repair], of_days: Sequence[Repair]) -> Pairing:

@@ -271,32 +271,32 @@ class Levels:
 class Prior:
     """What is thought of hypotheses before the records are seen, and how far the likelihood is trusted."""
 
-    share: float = 0.05
+    share: float
     """Middle of what an effect changes, as a share of what moves anyhow (rms). Smaller: small effects are named
     sooner."""
-    share_spread: float = 1.5
+    share_spread: float
     """Standard deviation of its logarithm."""
-    laws: Mapping[str, float] = field(default_factory=dict, hash=False)
+    laws: Mapping[str, float] = field(hash=False)
     """Effect -> its laws' usual error: what the best of them leaves of its own change (rms) where a rig acts by another
     law, beside what days differ in; fitted by `pamrig gap study laws` (docs/decisions/0582). Larger: the effect is
     named where it fits less well, and something unknown is sooner taken for it."""
-    law_shares: tuple[float, ...] = ()
+    law_shares: tuple[float, ...]
     """How rough a law is on another build, over its usual error: points of that distribution, each as likely as the
     others; fitted by `pamrig gap study laws`, each family beside the others (docs/decisions/0585). Larger: an effect
     whose law fits badly is named in place of something unknown, or of one whose law is usually rough."""
-    rho_scale: float = 1.0
+    rho_scale: float
     """Factor on every law's usual error. Larger: rough and exact laws come closer."""
-    rho_lines: float = 1.0
+    rho_lines: float
     """How much of that error is independent from line to line as well, beside the whole of it as coherent patterns.
     Larger: laws forgive more."""
-    effective: float = 60.0
+    effective: float
     """Independent lines of one factor in a session of SESSION_S: neighbours and records share causes. More: surer, and
     more false alarms."""
-    degrees: float = 6.0
+    degrees: float
     """Degrees of freedom with which a remainder's level is known. Fewer: heavier tails."""
-    log_beside: float = -3.0
+    log_beside: float
     """Prior odds of something unknown beside an effect, against that effect alone, nats."""
-    temperature: float = 1.0
+    temperature: float
     """By what the log odds between effects are divided before they are told (`rig.gap.prior_fitting.temperature`);
     fitted on cases of development, by `pamrig gap study temperature`. More: names are less sure, sets larger, and
     another experiment is recommended sooner."""
@@ -358,14 +358,14 @@ class Fitted:
 
 @cache
 def fitted(path: Path = PRIORS) -> Fitted:
-    """The fitted numbers; ConfigError when the file is not one. A file of before the laws' errors, or their shares,
-    stood in it has the shipped ones."""
-    found = structure(_present_form(read_yaml(path)), Fitted, str(path))
-    if path == PRIORS:
-        return found
-    prior, shipped = found.prior, fitted().prior
-    laws, shares = prior.laws or shipped.laws, prior.law_shares or shipped.law_shares
-    return replace(found, prior=replace(prior, laws=laws, law_shares=shares))
+    """The fitted numbers; ConfigError when the file is not one. What is thought of hypotheses and does not stand in an
+    older file is as shipped."""
+    raw = _present_form(read_yaml(path))
+    if path != PRIORS and isinstance(raw, dict) and isinstance(raw.get("prior"), dict):
+        shipped = read_yaml(PRIORS)
+        assert isinstance(shipped, dict)
+        raw["prior"] = shipped["prior"] | raw["prior"]
+    return structure(raw, Fitted, str(path))
 
 
 def _present_form(raw: object) -> object:

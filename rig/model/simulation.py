@@ -62,11 +62,11 @@ def simulate(
     """What `model` says under the commands of `record`: its times, with p1_mpa, p2_mpa and angle_deg simulated.
 
     drive=PRESSURE runs muscles, joint and sensor from the measured pressures instead, without their monitors' noise.
-    The angle starts at `start_deg`; None: at the first measured angle, or 0 without one. The record begins `begun_s`
-    after its session, which counts for what goes on from record to record. A record off the model's
-    sample time is simulated on its grid and read back at its own times. A model driven by the command says nothing of
-    pressures: they are None then. Raises ModelError when the model diverges, or is later than its stages can hold;
-    RecordError when the record lacks what drives it.
+    The sensor reads `start_deg` first; None: the first measured angle, or that of a joint at rest without one. The
+    record begins `begun_s` after its session, which counts for what goes on from record to record. A record off the
+    model's sample time is simulated on its grid and read back at its own times. A model driven by the command says
+    nothing of pressures: they are None then. Raises ModelError when the model diverges, or is later than its stages can
+    hold; RecordError when the record lacks what drives it.
     """
     dt_s = model.sample_time_s
     grid = on_clock(record, dt_s)
@@ -78,7 +78,9 @@ def simulate(
         check_lateness(placed, dt_s, len(grid))
         run_stages(placed[:split], p1, p2, angle, dt_s, begun_s=begun_s)
     monitor1, monitor2 = p1.copy(), p2.copy()
-    run_stages(placed[split:], p1, p2, angle, dt_s, _start(grid) if start_deg is None else start_deg, begun_s)
+    read_deg = _first_read(grid) if start_deg is None else start_deg
+    joint_deg = 0.0 if read_deg is None else before_sensor(model, read_deg)
+    run_stages(placed[split:], p1, p2, angle, dt_s, joint_deg, begun_s)
     if not np.all(np.abs(angle) < DIVERGED_DEG):
         first = int(np.argmin(np.abs(angle) < DIVERGED_DEG))
         at = f"{record.name}: the model diverges under this input at {grid.t_s[first]:.2f} s"
@@ -98,9 +100,14 @@ def before_sensor(model: Model, read_deg: float) -> float:
     return (read_deg - model.sensor.value("offset_deg")) / model.sensor.value("gain")
 
 
-def _start(record: Record) -> float:
-    """The first angle that was measured, 0 without one."""
+def read_at_rest(model: Model) -> float:
+    """What the sensor reads (deg) of a joint at its rest: its zero."""
+    return model.sensor.value("offset_deg") if model.sensor.kind == StageKind.AFFINE else 0.0
+
+
+def _first_read(record: Record) -> float | None:
+    """The first angle that was measured, None without one."""
     if record.angle_deg is None:
-        return 0.0
+        return None
     known = record.angle_deg[np.isfinite(record.angle_deg)]
-    return float(known[0]) if len(known) else 0.0
+    return float(known[0]) if len(known) else None

@@ -42,7 +42,7 @@ def diagnose_case(
         pressures=not options.no_pressures,
         library=library,
         reference=options.reference,
-        effects=None if options.rig is None else load_rig(find_config(options.rig, "rigs")).effects,
+        rig_effects=None if options.rig is None else load_rig(find_config(options.rig, "rigs")).effects,
         envelope=None if options.rig is None else envelope_of(options.rig),
     )
     if gains is not None:

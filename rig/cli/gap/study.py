@@ -89,7 +89,7 @@ def absorbed(units: int, seed: int, workers: int | None, json_to: str | None) ->
     from rig.app.gap.study.absorbed import absorbed_shares, table
     from rig.app.terminal import progress
     from rig.blind_check.score import ABSORBED
-    from rig.gap.answer.facts import ABSORBED_SHARE
+    from rig.gap.answer.settings import ABSORBED_SHARE
 
     with progress("units", len(known_families(())) * units) as update:
         found = absorbed_shares(seed, units, workers, lambda done: update(done, f"{done} units"))

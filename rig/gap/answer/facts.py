@@ -13,9 +13,6 @@ import numpy as np
 from rig.gap.raw_tests.signature import Signature
 from rig.gap.records.partners import Match
 
-ABSORBED_SHARE = 0.5
-"""Share of the mean square from which on re-tuning is said to close a gap."""
-
 SIGNATURE, RAW_DATA = "signature", "raw data"
 """What an effect of the library leaves in the raw samples, or what no effect makes there."""
 RAW = (SIGNATURE, RAW_DATA)

@@ -43,9 +43,11 @@ def gap_of(
 
 
 def predicted(kept: Sequence[Kept], before: float, floor: float, far: HowFar, settings: Fitted) -> tuple[float, float]:
-    """Between what rms (deg) further records will lie with the kept effects in the simulator."""
+    """Between what rms (deg) further records, each counting alike, will lie with the kept effects in the simulator;
+    what is left of these, where a long one counts for more, lies between as well."""
     rho = max(one.fit.effect.roughness(settings.prior, one.fit.law) for one in kept)
-    return prediction_interval(Shrunk(before, floor, far.per_record_deg2, rho), settings.prediction)
+    low, high = prediction_interval(Shrunk(before, floor, far.per_record_deg2, rho), settings.prediction)
+    return min(low, far.after_deg), max(high, far.after_deg)
 
 
 def _gap_of_samples(raw: Sequence[Cause]) -> tuple[float, float]:

@@ -13,6 +13,7 @@ import numpy as np
 from rig.gap.answer.facts import SIGNATURE
 from rig.gap.answer.how_far.size_intervals import intervals
 from rig.gap.answer.result import Cause, Interval, Observation
+from rig.gap.answer.settings import LEAST_SHARE
 from rig.gap.evidence.posterior import Posterior
 from rig.gap.hypotheses.fit import Fit
 from rig.gap.hypotheses.library import LIBRARY
@@ -28,9 +29,6 @@ STUCK = "stuck monitor"
 """The name of the test by which a monitor that stood still for a while is seen."""
 MONITORS_ALONE = "monitors alone"
 """The name of the test by which what the pressures show is seen in their monitors alone."""
-LEAST_SHARE = 0.05
-"""Share of the raw records' mean-square gap from which on a signature explains some of it. Less: small steps and hums
-are named beside any cause; more: a real second cause in the samples is told as a remark."""
 
 
 @dataclass(frozen=True)

@@ -11,25 +11,20 @@ import numpy as np
 
 from rig.columns import rms
 from rig.gap.answer.facts import Band, OverFrequency, OverTime
+from rig.gap.answer.settings import EXCITED_SHARE, SLOW_SHARE, STEP_SHARE
 from rig.gap.records.pairs import Pair
 from rig.record import Column
 
 REGIONS = 5
 """Bands of the angle."""
-SLOW_SHARE = 0.33
-"""Share of the rows, the slowest ones, that are at a turning point."""
 MEAN_LINES = 2
 """Lines of a record's spectrum that are its mean: a Hann window spreads that over two."""
-EXCITED_SHARE = 0.15
-"""Of a command's largest line, from which on another is excited as well."""
 LINE_REACH = 2
 """Lines on either side that belong to one: no excitation has whole periods in a record."""
 MOST_LINES = 60
 """Excited lines, or multiples, that are looked at; beyond it is the rest."""
 STEP_EDGE = 10
 """Rows at either end of a record where a step is none: too few stand on one side of it."""
-STEP_SHARE = 0.5
-"""A step in the residual counts when it holds at least this share of the residual's mean square."""
 
 
 def frequency_shares(pairs: Sequence[Pair], gaps: Sequence[Column]) -> list[OverFrequency]:

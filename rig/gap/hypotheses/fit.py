@@ -293,7 +293,7 @@ class _Trial:
 
     def applied(self, x: Column, fixed: Mapping[str, float]) -> Applied:
         values = dict(fixed) | {name: float(value) for name, value in zip(self.law.free, x, strict=True)}
-        return Applied(self.law.stage, values | {name: values[owner] for name, owner in self.law.tied.items()})
+        return Applied(self.law.stage, self.law.with_tied(values))
 
     def changed(self, x: Column, fixed: Mapping[str, float]) -> tuple[Column, Column]:
         """(n,) what the law changes and (l,) its lines, these not finite where it runs away; computed once for each

@@ -45,8 +45,7 @@ def _unsure(forward: ForwardModel, first: Fit, change: Column) -> Column:
         step = STEP * max(abs(float(size)), STEP * spread)
         if step == 0.0:  # a cause of no size leaves nothing unsure
             continue
-        moved = dict(first.applied.numbers) | {name: float(size) + step}
-        moved |= {other: moved[owner] for other, owner in first.law.tied.items()}
+        moved = first.law.with_tied({**first.applied.numbers, name: float(size) + step})
         columns.append((forward.changed_by(Applied(first.applied.stage, moved)) - change) * (spread / step))
     columns = columns or [np.zeros_like(change)]
     slopes: Column = np.nan_to_num(np.column_stack(columns), nan=0.0, posinf=0.0, neginf=0.0)

@@ -19,9 +19,10 @@ from rig.gap.hypotheses.retuned import unsure_regulators
 from rig.gap.hypotheses.scales import law_scales
 from rig.gap.likelihood.lines import Lines
 from rig.gap.reference.build import Expected, Kind, rms_of, without_mean
-from rig.gap.reference.expectation import VISCOUS, Factor, Parts, angle_parts, mean_doubt, motion_doubt, pressure_parts
+from rig.gap.reference.expectation import Factor, Parts, angle_parts, mean_doubt, motion_doubt, pressure_parts
 from rig.gap.reference.faster_records import doubt, known_by_hz
 from rig.gap.reference.own_days import angle_days, own_factor, pressure_days
+from rig.gap.reference.patterns import VISCOUS
 from rig.gap.reference.unrepeated import shown_by, with_unrepeated
 from rig.gap.response.causes import Ready
 from rig.gap.response.lateness import displaced

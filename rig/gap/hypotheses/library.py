@@ -9,8 +9,9 @@ Adding an effect: a stage, a line here (docs/how-to/add_an_effect.md).
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from math import inf
-from typing import Any
+from typing import Any, Literal, get_args
 
+from rig.errors import ConfigError
 from rig.gap.settings import Prior
 from rig.model.effect_stages import EFFECT_STAGES, WHOLE_SESSION, goes_on
 from rig.model.effect_stages.valve import LAMINAR_MPA_S
@@ -25,6 +26,14 @@ FAR = (*FINE, 0.3, 0.6)
 """Up to the worst that can happen, where the way there bends: from 0.16 no descent reaches half a muscle."""
 
 
+Scale = Literal[
+    "one", "span_deg", "high_deg", "low_deg", "top_mpa", "swing_mpa", "rate_mpa_s", "regulator_s", "filling_mpa_s"
+]
+"""What a law's sizes count in (`rig.gap.hypotheses.scales`): nothing; half the angle's range, its highest and its
+lowest; the highest pressure, the range of the pressures, their fastest change; the regulators' mean time constant; what
+both muscles are filled with, over the record's length."""
+
+
 @dataclass(frozen=True)
 class Law:
     """One way an effect may act: the stage, the numbers that are fitted, and where the search starts."""
@@ -34,9 +43,8 @@ class Law:
     """Fitted numbers, the size first."""
     grid: tuple[float, ...]
     """Sizes to start from, in units of `scale`."""
-    scale: str = "one"
-    """one, span_deg (half the angle's range), high_deg, low_deg, top_mpa (highest pressure), swing_mpa, rate_mpa_s (fastest change), regulator_s
-    (the regulators' mean time constant)."""
+    scale: Scale = "one"
+    """What those sizes count in."""
     signs: tuple[float, ...] = (1.0,)
     shapes: tuple[Mapping[str, float], ...] = ({},)
     """Values of other numbers to scan; those that are free go on from there."""
@@ -45,10 +53,17 @@ class Law:
     bounds: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     """Tighter bounds than the stage's: flexible forms are held to what they are meant for. Those of the size are in units of `scale`."""
 
-    counted: Mapping[str, str] = field(default_factory=dict)
+    counted: Mapping[str, Scale] = field(default_factory=dict)
     """Other number of a shape -> the scale in which it counts."""
     like: str = ""
     """Effect whose laws' usual error this form has, where it acts as that one does; else its own effect's."""
+
+    def __post_init__(self) -> None:
+        for scale in (self.scale, *self.counted.values()):
+            if scale not in get_args(Scale):
+                raise ConfigError(
+                    f"law of {self.stage}: unknown scale {scale!r}; allowed: {', '.join(get_args(Scale))}"
+                )
 
     @property
     def whole_session(self) -> bool:
@@ -67,6 +82,10 @@ class Law:
         unit = scales[self.scale] if name == self.free[0] else 1.0
         low, high = sorted(end * unit for end in self.bounds.get(name, (-inf, inf)))
         return max(low, number.low), min(high, number.high)
+
+    def with_tied(self, numbers: Mapping[str, float]) -> dict[str, float]:
+        """These numbers, and those that are tied to one of them."""
+        return dict(numbers) | {name: numbers[owner] for name, owner in self.tied.items()}
 
     def agrees(self, numbers: Mapping[str, float]) -> int:
         """With how many fixed numbers of one of its shapes these agree, all of that shape; -1 where they do with none

@@ -14,7 +14,8 @@ import numpy as np
 
 from rig.gap.hypotheses.changes import pressure_change
 from rig.gap.hypotheses.fit import Relinearised, UncertainParameters
-from rig.gap.reference.expectation import REGULATOR_PATTERNS, REGULATOR_STEP, Parts
+from rig.gap.reference.expectation import REGULATOR_STEP, Parts
+from rig.gap.reference.patterns import REGULATOR_PATTERNS
 from rig.gap.response.causes import Applied, Ready, ready
 from rig.gap.response.nominal import Reference
 from rig.gap.response.propagate import Course, RecordContext, pressures_with

@@ -13,6 +13,7 @@ from rig.excite.envelope import check
 from rig.excite.experiment import Entry, RunPlan, Sweep, Timing, Waves, expand
 from rig.excite.signals import Chirp, Mixed, Multisine, Signal, Sine, Triangle
 from rig.excite.steps import Staircase
+from rig.gap.plan.settings import MOST_SWING_MPA, PEAK_OF_MIXED, SETTLE_S
 from rig.gap.response.propagate import RecordContext
 
 SINES_HZ = (0.1, 0.2, 0.35, 0.5, 0.8, 1.5, 2.5, 4.0)
@@ -22,12 +23,6 @@ SHARES = (1.0, 0.4)
 TOP_HZ = 4.0
 """Fastest part of any record: there a delay parts from a lag and from an inertia, and above `rig.gap.settings.TOP_HZ`
 nothing is compared."""
-MOST_SWING_MPA = 0.4
-"""Largest amplitude of dp that is recommended, however far the records at hand went."""
-SETTLE_S = 3.0
-"""Rest before each record, as in the sweep that a hunt begins with."""
-PEAK_OF_MIXED = 2.4
-"""Of equation (12), in its A."""
 
 
 @dataclass(frozen=True)

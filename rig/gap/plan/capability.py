@@ -15,14 +15,10 @@ from rig.gap.hypotheses.library import Effect, Law
 from rig.gap.plan.directions import Direction, columns, ladder, sized, unit_of, usual_directions
 from rig.gap.plan.information import inform, needed_separation, separations
 from rig.gap.plan.rehearse import factors_of
+from rig.gap.plan.settings import CHANCE, NAMED
 from rig.gap.reference.build import Expected
 from rig.gap.settings import FALSE_ALARM_RATE, Fitted, Odds, Prior
 from rig.record import Column
-
-CHANCE = 0.9
-"""With which an effect of the said size is seen, or named. More: larger sizes."""
-NAMED = 0.95
-"""Probability against its nearest rival from which an effect counts as named."""
 
 
 @dataclass(frozen=True)

@@ -13,6 +13,7 @@ from rig.gap.plan.capability import by_effect, first_of_each, named_separation, 
 from rig.gap.plan.directions import Direction, columns, usual_directions
 from rig.gap.plan.information import Information, inform, separations
 from rig.gap.plan.rehearse import RehearsedRig, factors_of, rehearse
+from rig.gap.plan.settings import LEAST_GAIN
 from rig.gap.settings import Fitted, Odds, Prior
 from rig.parallel import each, executor
 from rig.record import Column
@@ -20,8 +21,6 @@ from rig.record import Column
 SWAPS = 3
 """Passes that try another record in place of each chosen one; more change nothing on the rigs tried."""
 
-LEAST_GAIN = 0.001
-"""Of the score, that a further record adds at least. More: shorter sessions. Less: records that tell nothing."""
 LISTED = 40
 """Records that are tried in place of a chosen one. More: slower."""
 FEW = 10

@@ -82,8 +82,7 @@ def columns(directions: Sequence[Direction]) -> Column:
 def sized(law: Law, shape: Mapping[str, float], size: float, problem: InverseProblem) -> Column | None:
     """(n,) what a law changes at a size; None where it runs away."""
     numbers = {number.name: number.neutral for number in EFFECT_STAGES[law.stage].numbers if number.name in law.free}
-    values = numbers | dict(shape) | {law.free[0]: size}
-    values |= {name: values[owner] for name, owner in law.tied.items()}
+    values = law.with_tied(numbers | dict(shape) | {law.free[0]: size})
     change = problem.forward.changed_by(Applied(law.stage, values))
     return change if float(np.max(np.abs(change))) < RUNS_AWAY else None
 

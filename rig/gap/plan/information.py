@@ -13,16 +13,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from rig.gap.hypotheses.inverse_problems import PRESSURES, InverseProblem
+from rig.gap.plan.settings import MOST_SEPARATION, SAME
 from rig.gap.settings import SESSION_S, Prior
 from rig.record import Column
 
 Places = np.typing.NDArray[np.intp]
-
-MOST_SEPARATION = 1e6
-"""Standard deviations: where the search for a needed separation ends."""
-
-SAME = 0.98
-"""Correlation from which two directions are one. Less: laws that differ are taken for one; more: slower."""
 
 
 @dataclass(frozen=True)

@@ -14,36 +14,23 @@ import numpy as np
 
 from rig.excite.experiment import Entry, RunPlan, Waves
 from rig.gap.evidence.posterior import Posterior
-from rig.gap.hypotheses.fit import Fit
+from rig.gap.hypotheses.fit import RUNS_AWAY, Fit
 from rig.gap.hypotheses.inverse_problems import InverseProblem
 from rig.gap.hypotheses.law_errors import later_pattern, rough_lines
+from rig.gap.hypotheses.library import Law
 from rig.gap.plan.candidates import SweepEnvelope, candidates, envelope_within, lasts_s, planned
 from rig.gap.plan.experiment import Experiment
 from rig.gap.plan.information import Information, inform
 from rig.gap.plan.rehearse import RehearsedRig, factors_of, known_rig, rehearse, within
+from rig.gap.plan.settings import APART, LEAST_PROBABILITY, LENGTHS_S, MORE_NATS, MOST, TIME_S, WORTH_NATS
 from rig.gap.reference.build import Expected
 from rig.gap.response.causes import Applied
 from rig.gap.settings import Fitted, fitted
 from rig.model.parameters import Model
 from rig.record import Column
 
-LENGTHS_S = (10.0, 20.0, 40.0)
-"""Of records that are tried: what is slow (creep, a staircase's holds) needs long ones. More: slower."""
-TIME_S = 60.0
-"""That an experiment may take on the rig."""
-WORTH_NATS = 0.05
-"""An experiment that tells less is not worth the rig's time."""
-MORE_NATS = 0.02
-"""A further record that tells less is not worth its time. More: shorter experiments."""
-LEAST_PROBABILITY = 0.01
-"""Hypotheses below are not designed for."""
-MOST = 6
-"""Hypotheses at a time, the likeliest first."""
 DRAWS = 4000
 """Of noise, over which a confidence is expected: known to 0.005. More: slower."""
-APART = 2.0
-"""Standard deviations, as they count at the temperature of names, from which two hypotheses count as told apart by the
-records to come: odds of 7 to 1 are expected between them. More: fewer names are promised to be parted."""
 
 
 @dataclass(frozen=True)
@@ -62,11 +49,23 @@ class Hypothesis:
     """Its name where that is not its stage's: effects may share one."""
     roughness: float = 0.0
     """Share of what it changes by which its law is likely wrong."""
+    law: Law | None = None
+    """By which it was fitted."""
 
     @property
     def name(self) -> str:
         """Of the effect."""
         return self.effect or self.applied.effect
+
+    def moved(self, name: str, scales: Mapping[str, float]) -> tuple[Applied, float]:
+        """With one of its numbers a standard deviation off, as far as its law lets it, and how many that is."""
+        value, spread, law = self.applied.numbers[name], self.spread[name], self.law
+        if not 0.0 < spread < np.inf:
+            return self.applied, 0.0
+        low, high = (-np.inf, np.inf) if law is None else law.range_of(name, scales)
+        to = value + spread if value + spread <= high else max(value - spread, low)
+        numbers = {**self.applied.numbers, name: to}
+        return Applied(self.applied.stage, numbers if law is None else law.with_tied(numbers)), (to - value) / spread
 
 
 def hypotheses_of(posteriors: Sequence[Posterior]) -> list[Hypothesis]:
@@ -81,7 +80,7 @@ def hypotheses_of(posteriors: Sequence[Posterior]) -> list[Hypothesis]:
 
 def _possible(posterior: Posterior, name: str, fit: Fit) -> Hypothesis:
     chance, factor = posterior.probability[name], posterior.problem.name
-    return Hypothesis(factor, fit.applied, chance, spreads(fit), posterior.given, name, fit.roughness)
+    return Hypothesis(factor, fit.applied, chance, spreads(fit), posterior.given, name, fit.roughness, fit.law)
 
 
 def spreads(fit: Fit) -> dict[str, float]:
@@ -192,19 +191,27 @@ def _weigh(problem: InverseProblem, rivals: Sequence[Hypothesis], lasted_s: floa
     probability = np.array([one.probability for one in rivals])
     mass = min(float(probability.sum()), 1.0)
     chance = probability / probability.sum()
-    changes = [problem.forward.changed_by(one.applied) for one in rivals]
+    changes = [_held(problem.forward.changed_by(one.applied)) for one in rivals]
     slopes, owner = [], []
     for k, one in enumerate(rivals):
-        for name, spread in one.spread.items():
-            moved = Applied(one.applied.stage, {**one.applied.numbers, name: one.applied.numbers[name] + spread})
-            slopes.append(problem.forward.changed_by(moved) - changes[k])
+        for name in one.spread:
+            moved, deviations = one.moved(name, problem.forward.scales)
+            if deviations == 0.0:
+                continue
+            slopes.append(_held((problem.forward.changed_by(moved) - changes[k]) / deviations))
             owner.append(k)
     lines = problem.forward.factor.lines
-    directions = np.column_stack([lines.of(np.nan_to_num(one)) for one in (*changes, *slopes)])
+    directions = np.column_stack([lines.of(one) for one in (*changes, *slopes)])
     wrong = directions[:, : len(rivals)] * np.sqrt(chance) * np.array([one.roughness for one in rivals])
     information = inform(as_rough(problem, wrong), directions, wrong, lasted_s)
     names = tuple(one.name for one in rivals)
     return _Open(names, chance, information, tuple(owner), mass, problem.forward.prior.temperature)
+
+
+def _held(change: Column) -> Column:
+    """(n,) a change, none where its law runs away: of records that it does not hold for nothing is promised."""
+    runs_away = not np.max(np.abs(change)) < RUNS_AWAY
+    return np.zeros_like(change) if runs_away else change
 
 
 def as_rough(problem: InverseProblem, wrong: Column) -> InverseProblem:

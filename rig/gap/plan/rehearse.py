@@ -10,6 +10,7 @@ from rig.errors import ModelError
 from rig.excite.experiment import RunPlan
 from rig.excite.setpoints import around
 from rig.gap.hypotheses.inverse_problems import ANGLE, PRESSURES, InverseProblem, angle_problem, pressure_problem
+from rig.gap.plan.settings import ANGLE_MARGIN
 from rig.gap.records.grid import Pair, RunColumns
 from rig.gap.records.pairs import Pairing
 from rig.gap.reference.build import Expected, Kind, from_response, rms_of
@@ -73,11 +74,6 @@ def rehearse(rig: RehearsedRig, plans: Sequence[RunPlan]) -> Expected:
     return replace(
         made, missed_mpa=rig.missed_mpa, missed_deg=rig.missed_deg, anew_mpa=rig.anew_mpa, anew_deg=rig.anew_deg
     )
-
-
-ANGLE_MARGIN = 0.05
-"""Of the range between two limits, by which an expected angle keeps away from either: a rig does a little more than is
-expected of it. Less: records that end in a fault. More: smaller records."""
 
 
 def within(expected: Expected, angle_deg: tuple[float, float], simulator: Model | None) -> list[int]:

@@ -22,7 +22,8 @@ START = {
     "monitor_mpa": 8e-4, "monitor_gain": 5e-3, "mean_law": 0.03, "drift": 1e-3, "warming": 2e-3,
     "bank": 3e-3,
 }  # fmt: skip
-"""Where the search begins, and what a level falls back to of which the days say nothing; units as in the names."""
+"""Where the search begins, and what a level falls back to of which the days say nothing; units as in
+`rig.gap.reference.patterns`."""
 MOST = {"monitor_gain": 0.06}
 """Largest levels that physics allows: a monitor is at most 6 % of full scale off (data sheet). More: the gain of one
 muscle is taken for its monitor's."""

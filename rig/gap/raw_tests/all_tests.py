@@ -8,7 +8,7 @@ that a model's fingerprint knows, where there is one, and noise with what rigs u
 from collections.abc import Sequence
 
 from rig.gap.raw_tests.dropouts import ANGLE, dropouts
-from rig.gap.raw_tests.lost_rows import lost_rows, without_lost
+from rig.gap.raw_tests.lost_samples import lost_samples, without_lost
 from rig.gap.raw_tests.monitors import mean_pressure, wires
 from rig.gap.raw_tests.noise import KnownNoise, noise
 from rig.gap.raw_tests.noise_levels import angles_of, level_deg, once
@@ -33,7 +33,7 @@ def read_signatures(pairs: Sequence[Pair], known: KnownNoise | None = None) -> l
     repeats = repeated_samples(cases, sessions, dealt_on, not step.found, level_of)
     held = repeats.found
     if held and sessions:  # what stands still and jumps is neither a line nor noise: beside days that do so as well
-        lost, held = [lost_rows(case) for case in cases], False
+        lost, held = [lost_samples(case) for case in cases], False
         cases = [without_lost(case, rows) for case, rows in zip(cases, lost, strict=True)]
         sessions = [[without_lost(day, rows) for day, rows in zip(session, lost, strict=True)] for session in sessions]
     fast, usual = fast_spectra(cases), [fast_spectra(session) for session in sessions]

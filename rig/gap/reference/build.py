@@ -22,7 +22,7 @@ from rig.gap.records.usable import check_direction
 from rig.gap.reference.expectation import driving
 from rig.gap.reference.kinds import Kind as Kind
 from rig.gap.reference.monitors import Misread
-from rig.gap.reference.simulated import Modelled, at_rest, followed, modelled
+from rig.gap.reference.simulated import Modelled, at_rest, followed, modelled, started
 from rig.gap.response.causes import Applied, ready
 from rig.gap.response.nominal import Reference, describe, mean_session, references_of
 from rig.gap.response.propagate import Course, RecordContext, angle_under, contexts_of, response_with
@@ -32,7 +32,6 @@ from rig.model.fingerprint import Fingerprint, PressureSource
 from rig.model.parameters import Input, Model
 from rig.model.response.fingerprint_check import fingerprint_trouble
 from rig.model.response.model import ResponseModel, response_of
-from rig.model.simulation import simulate
 from rig.number_text import counted
 from rig.record import Column
 
@@ -370,11 +369,9 @@ def _simulated(model: Model, context: RecordContext, response: ResponseModel) ->
     by more than the joint moves, and would move under its commands."""
     pair = context.pair
     try:
-        said = simulate(model, pair.raw, drive=Input.PRESSURE)
+        _, _, angle = started(model, pair, Input.PRESSURE, float(pair.case.angle_deg[0]))
     except ModelError:
         return _under_case(context, response)
-    assert said.angle_deg is not None
-    angle = np.interp(pair.t_s, said.t_s - said.t_s[0], said.angle_deg)
     moves = max(
         rms_of([one - float(np.mean(one))], [pair]) for one in (pair.case.angle_deg, context.reference.angle_deg)
     )

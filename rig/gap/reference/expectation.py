@@ -15,6 +15,7 @@ from rig.columns import rms
 from rig.gap.likelihood.gaussian import Gaussian
 from rig.gap.likelihood.lines import Lines, lines_of
 from rig.gap.records.pairs import Pair
+from rig.gap.reference.patterns import ANGLE_PATTERNS, BANK, REGULATOR_PATTERNS, VALVE_PATTERNS, VISCOUS
 from rig.gap.response.propagate import RecordContext
 from rig.gap.settings import (
     ENVELOPE_EVEN,
@@ -39,33 +40,15 @@ from rig.model.equations.drive import LEAST_SHARE
 from rig.model.response.model import ResponseModel, regulator_terms
 from rig.record import Column
 
-VALVE_PATTERNS = ("offset_mpa", "gain", "lag_s", "curvature_s2", "one_way_s", "bend")
-"""What is unsure of each regulator with its monitor, the first of `rig.model.response.model.regulator_terms`: zero,
-gain, first and second order of its answer, filling against exhausting, curvature of its characteristic."""
-REGULATOR_PATTERNS = ("regulators", "one_way")
-"""What is unsure of both regulators alike, which are of one make: their time constant, and that of exhausting against
-filling; relative."""
 REGULATOR_STEP = 0.1
-"""Relative change of a time constant by which these patterns are taken."""
-ANGLE_PATTERNS = (
-    "offset", "gain", "lag_s", "loop", "viscous_s", "monitor_mpa", "monitor_mpa", "monitor_gain", "monitor_gain",
-    "mean_law", "drift", "warming",
-)  # fmt: skip
-"""What is unsure of the angle under the pressures: zero and gain, lag, how much of the joint's own friction there is
-(taken at the same gain, so the loop's width; its mass is the same every day), viscous friction over stiffness (beyond
-a lag and a wider loop), what the monitors' zero and gain do
-through the muscles, the law of the mean pressure, a drift, and an amplitude that grows."""
+"""Relative change of a time constant by which the patterns of both regulators are taken."""
 VISCOUS_STEP_S = 1e-3
 """Viscous friction over stiffness by whose change the pattern is taken."""
-VISCOUS = "viscous_s"
-"""Not doubted beside a simulator: there it is what is asked for (docs/decisions/0613)."""
 LOOP_STEP = 0.02
 """Share of the joint's friction by whose change the pattern is taken; a smaller one is lost in the
 balance's own precision."""
-LATTICE_PARTS = (0.0, 0.25, 0.5, 0.75)
-"""Where the lattice of a converter may lie, in steps."""
-BANK = "bank"
-"""Any of the response model's terms."""
+CODE_PARTS = (0.0, 0.25, 0.5, 0.75)
+"""Where the codes of a converter may lie, in steps."""
 
 
 @dataclass(frozen=True)
@@ -111,8 +94,8 @@ class Factor:
 
     def rounded_to(self, step: float, column: Column) -> "Factor":
         """The same where a converter rounds a column (n,) to a step: by the spectrum of what that leaves, wherever the
-        lattice lies. It comes with the motion, and stays where a joint moves within one step."""
-        off = [step * (np.round(column / step + part) - part) - column for part in LATTICE_PARTS]
+        codes lie. It comes with the motion, and stays where a joint moves within one step."""
+        off = [step * (np.round(column / step + part) - part) - column for part in CODE_PARTS]
         power = np.mean([self.lines.envelope(self.lines.of(one), ENVELOPE_HZ, ENVELOPE_EVEN) for one in off], axis=0)
         healthy = self.healthy.with_variance(UNEVEN * power)
         mean_square = UNEVEN * float(np.mean([self.rms(one) ** 2 for one in off]))

@@ -12,7 +12,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from rig.gap.reference.expectation import VALVE_PATTERNS, Factor
+from rig.gap.reference.expectation import Factor
+from rig.gap.reference.patterns import VALVE_PATTERNS
 from rig.gap.settings import FactorLevels, Levels
 from rig.record import Column
 

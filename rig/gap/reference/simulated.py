@@ -11,8 +11,8 @@ from rig.errors import RigError
 from rig.gap.records.pairs import Pair, Pairing
 from rig.gap.records.usable import beyond_reach, check_reach, farther, is_held
 from rig.identify.records.rest import SHIFTED_MPA
-from rig.model.parameters import Model
-from rig.model.simulation import simulate
+from rig.model.parameters import Input, Model
+from rig.model.simulation import read_at_rest, simulate
 from rig.record import Column
 
 
@@ -26,6 +26,8 @@ def at_rest(model: Model, pairing: Pairing) -> Model:
     return model if commanded or several else replace(model, p0_mpa=pairing.p0_mpa)
 
 
+LEAST_OFF = 0.002
+"""Share of the motion by which a first reading must be off the joint's rest to be asked where it began."""
 Modelled = tuple[Column | None, Column | None, Column]
 """What a model says of one record: p1 and p2 (MPa), where it has regulators, and the angle (deg), (n,) each."""
 
@@ -33,8 +35,25 @@ Modelled = tuple[Column | None, Column | None, Column]
 def modelled(model: Model, pair: Pair) -> Modelled:
     """What the model says under the pair's command, on its grid, from where the healthy rig, or else the record,
     starts."""
-    start = [session.angle_deg[0] for session in pair.days] or [pair.case.angle_deg[0]]
-    simulated = simulate(model, pair.raw, start_deg=float(np.mean(start)))
+    read = [session.angle_deg[0] for session in pair.days] or [pair.case.angle_deg[0]]
+    return started(model, pair, Input.COMMAND, float(np.mean(read)))
+
+
+def started(model: Model, pair: Pair, drive: Input, read_deg: float) -> Modelled:
+    """What the model says of a record in which the sensor read so much first. A joint that stands off its rest by its
+    friction begins where the simulator's sensor would read that; one whose sensor has moved since begins at its rest.
+    The reading does not tell which; what the simulator follows better afterwards does, whatever the mean of its
+    error."""
+    own = _on_grid(model, pair, drive, read_deg)
+    rest_deg = read_at_rest(model)
+    if abs(read_deg - rest_deg) < LEAST_OFF * float(np.ptp(pair.case.angle_deg)):
+        return own
+    rested = _on_grid(model, pair, drive, rest_deg)
+    return min(own, rested, key=lambda one: float(np.std((pair.case.angle_deg - one[2])[pair.used > 0])))
+
+
+def _on_grid(model: Model, pair: Pair, drive: Input, read_deg: float) -> Modelled:
+    simulated = simulate(model, pair.raw, drive=drive, start_deg=read_deg, begun_s=pair.begun_s)
     assert simulated.angle_deg is not None
     own = simulated.t_s - simulated.t_s[0]
 

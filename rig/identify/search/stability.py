@@ -153,7 +153,7 @@ def _peak_deg(chain: Model, signal: Signal, limit_deg: float) -> float:
         dp = excitation(signal, chain.sample_time_s, periods)
         record = Record(signal.label, np.arange(len(dp), dtype=np.float64) * chain.sample_time_s, dp)
         try:
-            angle = simulate(chain, record, drive=Input.COMMAND, start_deg=0.0).angle_deg
+            angle = simulate(chain, record, drive=Input.COMMAND).angle_deg
         except ModelError:
             return float("inf")
         size = np.abs(np.zeros(len(dp)) if angle is None else angle)

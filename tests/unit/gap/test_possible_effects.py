@@ -8,6 +8,7 @@ from support.plants.gap_rigs import baselines, model, names, session
 
 from rig.channels import EFFECTS_FACT, PNEUMATIC, Channel, Channels
 from rig.errors import ConfigError
+from rig.gap import diagnose
 from rig.gap.answer.words.sentences import answers
 from rig.gap.diagnosis import diagnose_with_grounds
 from rig.gap.hypotheses.library import LIBRARY
@@ -69,7 +70,7 @@ def test_what_a_rig_cannot_have_is_neither_named_nor_unknown() -> None:
     day = [list(baselines()[0])]
     found, _ = diagnose_with_grounds(model(), session(301, SLOW), day)
     assert names(found) == {"valve_lag"}
-    found, _ = diagnose_with_grounds(model(), session(301, SLOW), day, effects=["joint", "sensor"])
+    found, _ = diagnose_with_grounds(model(), session(301, SLOW), day, rig_effects=["joint", "sensor"])
     assert found.verdict == "none"
     assert "pressures" not in found.evidence.factors
     assert {LIBRARY[line.effect].stage for line in found.ranking} <= {"joint", "sensor"}
@@ -79,6 +80,12 @@ def test_what_is_only_kept_from_the_library_is_missed() -> None:
     day = [list(baselines()[0])]
     found, _ = diagnose_with_grounds(model(), session(301, SLOW), day, library=["coulomb_friction"])
     assert found.verdict == "unknown"
+
+
+def test_a_word_of_the_library_that_is_no_effect_is_refused() -> None:
+    """It was dropped without a word, and what it was meant for counted as unknown."""
+    with pytest.raises(ConfigError, match=r"library: unknown effect or stage 'valve_lagg'"):
+        diagnose(model(), session(301, SLOW), library=["valve_lagg"])
 
 
 def test_what_a_stand_in_was_given_on_purpose_is_no_list_of_what_it_can_have() -> None:

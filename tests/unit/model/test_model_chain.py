@@ -10,7 +10,7 @@ from conftest import CONFIGS
 from rig.errors import ConfigError, ModelError, RecordError
 from rig.model.chain import Chain, lay_out
 from rig.model.equations import stages
-from rig.model.parameters import AddedEffect, Input, Model, Parameter, StageModel, load_model, save_model
+from rig.model.parameters import AddedEffect, Input, Model, Parameter, StageKind, StageModel, load_model, save_model
 from rig.model.simulation import simulate
 from rig.model.slots import Slot
 from rig.record import Record
@@ -281,3 +281,14 @@ def test_what_goes_on_through_a_session_begins_a_record_where_it_has_come_to(mod
     )
     np.testing.assert_allclose(late - still, 0.1 * (50.0 + record.t_s), atol=1e-9)
     np.testing.assert_allclose(again - still, 0.1 * record.t_s, atol=1e-9)
+
+
+@pytest.mark.parametrize("first_deg", [10.0, -3.0])
+def test_the_sensor_reads_first_what_was_measured_first(model: Model, first_deg: float) -> None:
+    """The reading was taken for the joint's angle, and the sensor's zero came on top of it."""
+    sensor = StageModel(StageKind.AFFINE, {"gain": Parameter(1.1), "offset_deg": Parameter(10.0, "deg")})
+    mounted, record = replace(model, sensor=sensor), sine()
+    measured = replace(record, angle_deg=np.full(len(record), first_deg))
+    assert simulate(mounted, measured).angle_deg[0] == pytest.approx(first_deg)
+    assert simulate(mounted, record, start_deg=first_deg).angle_deg[0] == pytest.approx(first_deg)
+    assert simulate(mounted, record).angle_deg[0] == pytest.approx(10.0), "a joint at rest, without an angle"

@@ -23,7 +23,7 @@ from rig.gap.pipeline import Grounds
 from rig.gap.plan.candidates import lasting_s
 from rig.gap.plan.experiment import Experiment
 from rig.gap.plan.next_experiment import what_next
-from rig.gap.reference.build import Kind, because, choose
+from rig.gap.reference.build import because, choose
 from rig.gap.settings import CREDIBLE
 from rig.log.reader import read
 from rig.model.parameters import Model, load_model
@@ -132,13 +132,12 @@ def hunt(
 def diagnose_so_far(options: HuntOptions, model: Model, so_far: Hunt) -> HuntFinding:
     """The diagnosis of all records so far."""
     first, *later = [read(so_far.folder / step.records) for step in so_far.steps if step.done]
-    kind = choose(options.reference, model, len(options.days))
     diagnosis, grounds = diagnose_with_grounds(
         model,
         first,
         list(options.days),
-        reference=Kind.SESSION if kind is Kind.SESSIONS else options.reference,
-        effects=options.rig.effects,
+        reference=options.reference,
+        rig_effects=options.rig.effects,
         envelope=envelope_of(options.rig.path),
         experiments=later,
     )

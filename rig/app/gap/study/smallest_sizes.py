@@ -23,8 +23,9 @@ from rig.excite.experiment import expand, load_sweep
 from rig.gap.evidence.posterior import judge
 from rig.gap.hypotheses.inverse_problems import angle_problem, pressure_problem
 from rig.gap.hypotheses.library import LIBRARY
-from rig.gap.plan.capability import CHANCE, capability
+from rig.gap.plan.capability import capability
 from rig.gap.plan.rehearse import rehearse
+from rig.gap.plan.settings import CHANCE
 from rig.gap.records.pairs import pair_up
 from rig.gap.reference.build import Kind, expect
 from rig.gap.settings import fitted

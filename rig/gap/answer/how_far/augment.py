@@ -12,19 +12,13 @@ import numpy as np
 
 from rig.errors import RigError
 from rig.gap.answer.result import Diagnosis
+from rig.gap.answer.settings import MEAN_EXPONENTS, MEAN_MOVED
 from rig.gap.reference.build import Expected, commanded_gaps, from_own_zeros
 from rig.gap.response.causes import Applied, full_numbers
 from rig.identify.response.descent import square_sum
 from rig.model.parameters import AddedEffect, Model
 from rig.model.simulation import simulate
 from rig.record import Column
-
-MEAN_EXPONENTS = (0.6, 0.7, 0.8, 0.9, 1.0)
-"""Laws of the mean pressure that are tried: d = (p1 - p2) (2 P0 / (p1 + p2))^exponent; 1 without, less with passive
-stiffness."""
-
-MEAN_MOVED = 0.01
-"""Shares of change of the mean pressure below this are none."""
 
 
 def augmented(model: Model, diagnosis: Diagnosis, expected: Expected) -> Model:
@@ -72,7 +66,8 @@ def with_mean_exponent(model: Model, exponent: float) -> Model:
 def _mean_moves(model: Model, changed: Model, expected: Expected) -> bool:
     """Whether the mean of the simulated pressures changes by more than MEAN_MOVED in the first record."""
     try:
-        before, after = (simulate(one, expected.pairs[0].raw) for one in (model, changed))
+        first = expected.pairs[0]
+        before, after = (simulate(one, first.raw, begun_s=first.begun_s) for one in (model, changed))
     except RigError:
         return False
     if before.p1_mpa is None or before.p2_mpa is None or after.p1_mpa is None or after.p2_mpa is None:

@@ -23,6 +23,7 @@ class HowFar:
     """Rms of the simulator's error, deg, with the causes in it."""
 
     after_deg: float
+    """Over all measured rows, as the gap is before them."""
     per_record_deg2: tuple[float, ...]
     """Mean square of each record, by fits that have not seen what they are judged on."""
 
@@ -35,8 +36,8 @@ def how_far(causes: Sequence[tuple[str, Fit]], expected: Expected, model: Model 
         applied = [_refitted(k, causes, some, settings, expected) for k in range(len(causes))]
         remaining = remaining_gap(model, applied, expected)
         squares += [float(np.sum(gap**2 * rows)) for gap, rows in zip(remaining, judged, strict=True)]
-    left = squares / [max(float(pair.used.sum()), 1.0) for pair in expected.pairs]
-    return HowFar(float(np.sqrt(left.mean())), tuple(left.tolist()))
+    rows = np.array([max(float(pair.used.sum()), 1.0) for pair in expected.pairs])
+    return HowFar(float(np.sqrt(squares.sum() / rows.sum())), tuple((squares / rows).tolist()))
 
 
 def _folds(expected: Expected) -> Iterator[tuple[Expected, list[Column]]]:

@@ -13,6 +13,7 @@ from rig.columns import NORMAL_95
 from rig.errors import ModelError, RigError
 from rig.gap.answer.facts import ParameterMove, Retuning
 from rig.gap.answer.how_far.halves import in_halves
+from rig.gap.answer.settings import ALIKE, COLOUR_S, LEAST_MOVE, PLAIN, USEFUL, WIDE
 from rig.gap.records.pairs import Pair
 from rig.gap.reference.build import Expected, without_mean
 from rig.gap.reference.simulated import at_rest
@@ -24,20 +25,6 @@ from rig.record import Column
 
 STEPS = 5
 """Gauss-Newton steps of a fold."""
-PLAIN = 2.5
-"""Standard deviations by which a parameter must move to be told."""
-COLOUR = 25.0
-"""Rows that count as one: residuals of a simulator are coloured over about a second."""
-USEFUL = 0.9
-"""Re-tuning that leaves more than this share of the mean square on other records moved nothing worth telling; nor did
-parameters that close less than the rest of it of what all close."""
-LEAST_MOVE = 0.01
-"""Relative moves below this are none, whatever their standard deviation says."""
-ALIKE = 0.5
-"""Share of the mean square of what re-tuning closes from which on an effect, re-tuned away, is the same; and of an
-effect's own that re-tuning must absorb."""
-WIDE = 20.0
-"""Scales by which a parameter may move at most."""
 THINNED = 4
 """Every so manieth row of a record counts: neighbours say the same."""
 TUNED = {
@@ -219,7 +206,7 @@ def _cross_fitted(errors: "_Errors", count: int) -> tuple[Descent, Column, Colum
     fit = descend(residual, np.zeros(count), -wide, wide, STEPS)
     rows = len(fit.residual) - count
     slopes, left = fit.jacobian[:rows], fit.residual[:rows]
-    level = max(float(np.sum(left**2)) / max(rows, 1), 1e-12) * COLOUR
+    level = max(float(np.sum(left**2)) / max(rows, 1), 1e-12) * errors.rows_as_one
     spread = np.sqrt(np.maximum(np.diag(np.linalg.pinv(slopes.T @ slopes / level + np.eye(count))), 0.0))
     held = left.copy()
     for seen in (errors.half == 0.0, errors.half == 1.0):
@@ -230,14 +217,15 @@ def _cross_fitted(errors: "_Errors", count: int) -> tuple[Descent, Column, Colum
 
 
 def _with(model: Model, names: Sequence[tuple[str, str]], values: Column) -> Model:
-    """The model with other values, kept within the parameters' own bounds."""
+    """The model with other values, kept within the parameters' own bounds. What was known of the old values (their
+    spreads, the fingerprint that describes the rig by them) does not hold for it."""
     changed: dict[str, StageModel] = {}
     for (slot, name), value in zip(names, values, strict=True):
         stage = changed.get(slot, model.stages()[slot])
         parameter = stage.parameters[name]
-        held = replace(parameter, value=float(np.clip(value, parameter.low, parameter.high)))
+        held = replace(parameter, value=float(np.clip(value, parameter.low, parameter.high)), std=None, at_bound=False)
         changed[slot] = replace(stage, parameters={**stage.parameters, name: held})
-    return replace(model, **changed)  # type: ignore[arg-type]
+    return replace(model, fingerprint=None, **changed)  # type: ignore[arg-type]
 
 
 class _Errors:
@@ -300,6 +288,11 @@ class _Errors:
             return np.full(len(self.record), np.nan)
         units = (self._angle_unit, self._pressure_unit, self._pressure_unit)
         return np.concatenate([column / unit for one in errors for column, unit in zip(one, units, strict=True)])
+
+    @property
+    def rows_as_one(self) -> float:
+        """Rows that lie so close that they count once."""
+        return max(COLOUR_S / (THINNED * float(np.mean([pair.dt_s for pair in self._pairs]))), 1.0)
 
     @property
     def of_angle(self) -> Column:

@@ -4,18 +4,15 @@ beyond that, in sentences. No number is computed here."""
 from collections.abc import Sequence
 
 from rig.channels import Channels
-from rig.gap.answer.facts import ABSORBED_SHARE, ParameterMove, Retuning
+from rig.gap.answer.facts import ParameterMove, Retuning
 from rig.gap.answer.result import Diagnosis, Interval
+from rig.gap.answer.settings import ABSORBED_SHARE, AS_MUCH, LEAST_TOLD
 from rig.gap.answer.words.causes import in_pressures
 from rig.gap.answer.words.compared import FEW
 from rig.gap.answer.words.effects import capital, noun_of
 from rig.gap.answer.words.sizes import degrees, percent, size
 from rig.gap.reference.kinds import Kind
 
-LEAST_TOLD = 0.05
-"""Part of what re-tuning closes from which on a number is told behind a move. Less: numbers that nobody needs."""
-AS_MUCH = 0.05
-"""Shares of the error that differ by less than this are told as the same."""
 MOST_MOVES = 4
 """Moves that one sentence lists."""
 BOTH_VALVES = "valves_"

@@ -2,15 +2,11 @@
 
 from rig.gap.answer.facts import BESIDE, Judged
 from rig.gap.answer.result import Diagnosis
+from rig.gap.answer.settings import SURE, WORTH
 from rig.gap.answer.words.effects import noun_of
 from rig.gap.answer.words.sizes import percent
 from rig.gap.hypotheses.library import NONE, UNKNOWN
 from rig.gap.settings import EVEN_CHANCE
-
-SURE = 0.9
-"""From here on nobody asks what the rest is given to."""
-WORTH = 0.25
-"""Share of that rest from which on a rival is named."""
 
 
 def how_sure(diagnosis: Diagnosis) -> str:

@@ -5,11 +5,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import yaml
 from hypothesis import given
 from hypothesis import strategies as st
 
 from hil.reference.cases import CASES_PER_UNIT, Case, Purpose, draw_sheet
-from rig.app.gap.calibrating import FittingPlan, write
+from rig.app.gap.calibrating import FittingPlan
 from rig.app.gap.study.laws import (
     LEAST_ROUGH,
     LawError,
@@ -20,7 +21,7 @@ from rig.app.gap.study.laws import (
     with_errors,
 )
 from rig.gap.hypotheses.library import LIBRARY
-from rig.gap.settings import MOST_ROUGH, Prior, fitted
+from rig.gap.settings import MOST_ROUGH, PRIORS, fitted
 
 SEED = 994003
 LARGEST, MIDDLE = 2, 0
@@ -85,8 +86,10 @@ def test_what_days_differ_in_counts_for_nothing_and_the_rest_in_full(seed: int, 
 
 def test_the_library_takes_what_was_fitted_and_else_what_the_effect_says() -> None:
     effect = LIBRARY["delay"]
-    assert effect.roughness(Prior(laws={"delay": 0.3}, rho_scale=2.0), effect.laws[0]) == pytest.approx(0.6)
-    assert effect.roughness(Prior(), effect.laws[0]) == effect.misfit
+    assert effect.roughness(
+        replace(fitted().prior, laws={"delay": 0.3}, rho_scale=2.0), effect.laws[0]
+    ) == pytest.approx(0.6)
+    assert effect.roughness(replace(fitted().prior, laws={}), effect.laws[0]) == effect.misfit
 
 
 def test_every_effect_that_is_fitted_has_an_error_that_was_fitted() -> None:
@@ -131,17 +134,13 @@ def test_what_is_fitted_of_laws_is_written_beside_what_was_there() -> None:
     assert of("prior.laws.leak") == shipped.provenance.of("prior.laws.leak")
 
 
-@pytest.mark.parametrize("own", [{}, {"delay": 0.5}])
-def test_a_file_of_before_there_were_errors_in_it_takes_the_shipped_ones(tmp_path: Path, own: dict[str, float]) -> None:
-    shipped = fitted()
-    write(replace(shipped, prior=replace(shipped.prior, laws=own)), tmp_path / "priors.yaml")
-    assert fitted(tmp_path / "priors.yaml").prior.laws == (own or shipped.prior.laws)
-
-
-@pytest.mark.parametrize("own", [(), (0.5, 2.0)])
-def test_a_file_of_before_it_held_how_far_errors_may_be_off_takes_the_shipped(
-    tmp_path: Path, own: tuple[float, ...]
-) -> None:
-    shipped = fitted()
-    write(replace(shipped, prior=replace(shipped.prior, law_shares=own)), tmp_path / "priors.yaml")
-    assert fitted(tmp_path / "priors.yaml").prior.law_shares == (own or shipped.prior.law_shares)
+@pytest.mark.parametrize("number", ["laws", "law_shares", "log_beside", "temperature"])
+def test_what_an_older_file_does_not_hold_is_as_shipped(tmp_path: Path, number: str) -> None:
+    raw = yaml.safe_load(PRIORS.read_text(encoding="utf-8"))
+    raw["prior"] = {"degrees": 5.0} | {
+        key: value for key, value in raw["prior"].items() if key not in {number, "degrees"}
+    }
+    path = tmp_path / "priors.yaml"
+    path.write_text(yaml.safe_dump(raw), encoding="utf-8")
+    assert fitted(path).prior == replace(fitted().prior, degrees=5.0)
+    assert getattr(fitted(path).prior, number) == getattr(fitted().prior, number)

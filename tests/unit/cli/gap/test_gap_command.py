@@ -18,8 +18,8 @@ from rig.excite.experiment import Entry, Timing, load_sweep
 from rig.excite.signals import Sine
 from rig.gap.answer import assemble
 from rig.gap.answer.words.sizes import degrees
-from rig.gap.plan.candidates import SETTLE_S
 from rig.gap.plan.experiment import Experiment
+from rig.gap.plan.settings import SETTLE_S
 from rig.model.parameters import AddedEffect, load_model
 from rig.model.simulation import simulate
 from rig.record import Record

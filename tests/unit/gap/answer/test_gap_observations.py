@@ -8,8 +8,9 @@ from support.plants.gap_rigs import asked, baselines, names, session
 from support.records.told_answers import cause
 from support.records.told_answers import told as told_answer
 
-from rig.gap.answer.observations import LEAST_SHARE, JudgedSignatures, judged_signatures
+from rig.gap.answer.observations import JudgedSignatures, judged_signatures
 from rig.gap.answer.result import Interval, Observation
+from rig.gap.answer.settings import LEAST_SHARE
 from rig.gap.answer.words.sentences import answers, headline
 from rig.gap.raw_tests.signature import Signature, Size
 from rig.gap.records.pairs import pair_up

@@ -14,6 +14,7 @@ from rig.gap.answer.how_far.halves import in_halves
 from rig.gap.answer.how_far.held_out import how_far
 from rig.gap.diagnosis import diagnose_with_grounds
 from rig.gap.hypotheses.fit import Fit, ForwardModel, refit
+from rig.gap.reference.build import commanded_gaps, rms_of
 from rig.gap.response.causes import Applied
 from rig.gap.settings import fitted
 from rig.model.parameters import AddedEffect
@@ -65,3 +66,16 @@ def test_what_one_half_of_a_record_teaches_holds_for_the_other() -> None:
     assert found.retuning is not None
     assert found.retuning.after_deg > 0.0
     assert len(grounds.expected.contexts) == 1
+
+
+def test_a_long_record_counts_for_more_after_as_before() -> None:
+    """Before, each row counted alike, and after, each record: with nothing in the simulator a gap of 1 deg was left as
+    another one, and what closed some of it was no better than nothing."""
+    short, *whole = session(71, AddedEffect("valve_lag", {"tau_s": 0.03}))[:3]
+    few = short.t_s < short.t_s[0] + 0.3 * (short.t_s[-1] - short.t_s[0])
+    records = [short.rows(few), *whole]
+    _, grounds = diagnose_with_grounds(model(), records)
+    expected = grounds.expected
+    left = how_far([], expected, grounds.simulator, fitted())
+    assert left.after_deg == pytest.approx(rms_of(commanded_gaps(expected), expected.pairs))
+    assert left.after_deg**2 != pytest.approx(float(np.mean(left.per_record_deg2)), rel=1e-3)

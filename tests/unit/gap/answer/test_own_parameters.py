@@ -1,9 +1,10 @@
 """What a simulator's own parameters explain is said in the first line, and not that nothing was found."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
-from support.plants.gap_rigs import model, mounted, session
+from support.plants.gap_rigs import identified, model, mounted, session
 
 from rig.channels import PNEUMATIC, Channel, Channels
 from rig.gap.answer.facts import Evidence, Gap, Judged, ParameterMove, RecordGap, Retuning, Verdict, Where
@@ -13,7 +14,8 @@ from rig.gap.answer.words.retuning import moves, parameter_words
 from rig.gap.answer.words.sentences import headline
 from rig.gap.records.pairs import pair_up
 from rig.gap.reference.build import Kind
-from rig.model.parameters import KINDS, Model
+from rig.model.parameters import KINDS, Model, load_model, save_model
+from rig.model.response.fingerprint_check import fingerprint_trouble
 
 ZERO = ParameterMove("sensor_offset_deg", 0.2, 6.1, 5.8, 6.4, "deg")
 
@@ -154,3 +156,17 @@ def test_regulators_that_move_alike_are_one_move() -> None:
 def test_regulators_that_go_to_different_values_are_two_moves() -> None:
     told = moves(Retuning(4.7, 1.0, (lag(1, 0.103, 0.5), lag(2, 0.06, 0.1))), PNEUMATIC)
     assert [text.split("'")[0] for text in told] == ["valve 1", "valve 2"]
+
+
+def test_what_was_known_of_the_old_parameters_does_not_go_with_the_new(tmp_path: Path) -> None:
+    """The file had the old fingerprint, and every command said of it that it "was changed after the identification"."""
+    rig = identified()
+    assert fingerprint_trouble(rig) is None
+    found = retune(rig, pair_up(session(78), [], rig.p0_mpa).pairs, True)
+    assert found is not None
+    save_model(found.model, tmp_path / "retuned.yaml")
+    again = load_model(tmp_path / "retuned.yaml")
+    assert again.fingerprint is None
+    assert fingerprint_trouble(again) is None
+    sensor = again.sensor.parameters["offset_deg"]
+    assert (sensor.std, sensor.at_bound) == (None, False)

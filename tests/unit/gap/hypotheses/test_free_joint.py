@@ -1,11 +1,13 @@
 """What acts on a joint behind the muscles' own hysteresis: friction cannot be told from a play or a sensor's lag, and
 is not; a mass and a weight can."""
 
+from dataclasses import replace
+
 import pytest
 from support.plants.gap_rigs import asked, session
 
 from rig.gap.hypotheses.library import FREE_JOINT, LIBRARY
-from rig.gap.settings import Prior
+from rig.gap.settings import fitted
 from rig.model.effect_stages import EFFECT_STAGES
 from rig.model.parameters import AddedEffect
 
@@ -65,7 +67,7 @@ def test_a_ceiling_of_regulators_that_integrate_is_found_with_both() -> None:
 
 
 def test_a_law_that_acts_like_another_effect_is_as_rough_as_that() -> None:
-    prior = Prior(laws={"viscous_friction": 0.3, "sensor_lag": 0.02})
+    prior = replace(fitted().prior, laws={"viscous_friction": 0.3, "sensor_lag": 0.02})
     effect = LIBRARY["viscous_friction"]
     assert {effect.roughness(prior, law) for law in effect.laws} == {0.3, 0.02}
 

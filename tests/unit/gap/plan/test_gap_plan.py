@@ -220,6 +220,23 @@ def late(stage: str, seconds: float, probability: float, factor: str = PRESSURES
     return Hypothesis(factor, Applied(stage, {name: seconds}), probability, {name: 0.1 * seconds})
 
 
+def test_a_number_moves_within_its_law_and_takes_along_what_is_tied_to_it() -> None:
+    """A limit of the flow moved in filling alone, and beyond what its stage takes."""
+    law = next(law for law in LIBRARY["valve_slew"].laws if law.tied)
+    numbers = {"fill_mpa_s": 0.5, "exhaust_mpa_s": 0.5, "integral_s": 0.0}
+    scales = {law.scale: 1.0}
+    slow = Hypothesis(PRESSURES, Applied(law.stage, numbers), 0.5, {"fill_mpa_s": 0.1}, law=law)
+    moved, deviations = slow.moved("fill_mpa_s", scales)
+    assert moved.numbers["fill_mpa_s"] == moved.numbers["exhaust_mpa_s"] == pytest.approx(0.6)
+    assert deviations == pytest.approx(1.0)
+    low, high = law.range_of("fill_mpa_s", scales)
+    unsure = replace(slow, spread={"fill_mpa_s": 10.0 * high})
+    moved, deviations = unsure.moved("fill_mpa_s", scales)
+    assert moved.numbers["exhaust_mpa_s"] == pytest.approx(low)
+    assert -1.0 < deviations < 0.0
+    assert replace(slow, spread={"fill_mpa_s": 0.0}).moved("fill_mpa_s", scales)[1] == 0.0
+
+
 def test_effects_that_share_a_stage_keep_their_names(rig: RehearsedRig) -> None:
     rivals = [late("delay", 0.02, 0.5), replace(late("valve_lag", 0.02, 0.5), effect="supply_droop")]
     found = next_experiment(rivals, rig, SweepEnvelope(rests_mpa=(0.2,)), fitted())

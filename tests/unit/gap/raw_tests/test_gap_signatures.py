@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from support.plants.gap_rigs import baselines, session
 
 from rig.gap.raw_tests.all_tests import read_signatures
-from rig.gap.raw_tests.lost_rows import lost_rows, without_lost
+from rig.gap.raw_tests.lost_samples import lost_samples, without_lost
 from rig.gap.raw_tests.signature import Signature
 from rig.gap.raw_tests.spectral_lines import fast_spectra, mains_line
 from rig.gap.records.pairs import pair_up
@@ -148,7 +148,7 @@ def test_lost_samples_in_runs_are_found_and_bridged() -> None:
     assert signatures(records)["repeated samples"].found
     healthy = session(64)
     for record, mended, truth in zip(
-        records, [without_lost(one, lost_rows(one)) for one in records], healthy, strict=True
+        records, [without_lost(one, lost_samples(one)) for one in records], healthy, strict=True
     ):
         assert mended.angle_deg is not None
         assert record.angle_deg is not None
@@ -170,15 +170,33 @@ def test_samples_that_each_sensor_loses_by_itself_are_bridged_in_its_own_rows() 
             record, angle_deg=held(record.angle_deg, 1), p1_mpa=held(record.p1_mpa, 2), p2_mpa=held(record.p2_mpa, 3)
         )
         mended, shortened = (
-            without_lost(lossy, lost_rows(lossy)),
-            without_lost(record.rows(slice(50)), lost_rows(lossy)),
+            without_lost(lossy, lost_samples(lossy)),
+            without_lost(record.rows(slice(50)), lost_samples(lossy)),
         )
         for name in ("angle_deg", "p1_mpa", "p2_mpa"):
             truth, lost, whole = (getattr(one, name) for one in (record, lossy, mended))
             assert np.std(whole - truth) < 0.5 * np.std(lost - truth)
         assert len(shortened) == 50
-    alone = without_lost(replace(lossy, p1_mpa=None, p2_mpa=None), lost_rows(replace(lossy, p1_mpa=None, p2_mpa=None)))
+    alone = without_lost(
+        replace(lossy, p1_mpa=None, p2_mpa=None), lost_samples(replace(lossy, p1_mpa=None, p2_mpa=None))
+    )
     assert alone.p1_mpa is None
+
+
+@pytest.mark.parametrize(("later_rows", "every"), [(0, 1), (60, 1), (0, 2)])
+def test_another_record_is_bridged_at_the_same_times_whatever_its_rows(later_rows: int, every: int) -> None:
+    """A healthy day that began later, or was sampled at half the rate, lost other rows than the case before."""
+    record = session(64)[0]
+    assert record.angle_deg is not None
+    lossy = replace(record, angle_deg=repeated(record.t_s, record.angle_deg))
+    lost = lost_samples(lossy)
+    day = record.rows(slice(later_rows, None, every))
+    bridged = without_lost(day, lost)
+    assert bridged.angle_deg is not None
+    assert day.angle_deg is not None
+    changed_s = day.t_s[bridged.angle_deg != day.angle_deg]
+    assert len(changed_s) > 0.9 * np.isin(lost.angle_s, day.t_s).sum()
+    assert np.isin(changed_s, lost.angle_s).all()
 
 
 @pytest.mark.parametrize(("share", "found"), [(0.0, False), (0.3, True), (0.8, True)])

@@ -9,7 +9,8 @@ from support.plants.gap_rigs import baselines, model, session
 from rig.gap.hypotheses.inverse_problems import parts_of_angle
 from rig.gap.records.pairs import pair_up
 from rig.gap.reference.build import Expected, Kind, expect
-from rig.gap.reference.expectation import ANGLE_PATTERNS, BANK, VISCOUS, Parts
+from rig.gap.reference.expectation import Parts
+from rig.gap.reference.patterns import ANGLE_PATTERNS, BANK, VISCOUS
 from rig.gap.settings import BuildSpread, fitted
 
 GAIN, LOOP = ANGLE_PATTERNS.index("gain"), ANGLE_PATTERNS.index("loop")
