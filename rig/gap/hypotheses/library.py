@@ -189,6 +189,8 @@ ALL_SESSION = {WHOLE_SESSION.name: 1.0}
 SLOWLY = (0.002, 0.01, 0.04, 0.15)
 """A minute, of what goes on through a session of several."""
 EITHER_MUSCLE = ({"muscle": 1.0}, {"muscle": 2.0})
+ABOUT = tuple({"about_deg": times} for times in (1.0, -1.0, 3.0, -3.0))
+"""Where muscles that warm unequally leave the joint, in halves of the angle's range."""
 CHOKED_LEAK = ({"muscle": 1.0, "absolute": 1.0}, {"muscle": 2.0, "absolute": 1.0})
 BOTH_STOPS = tuple({"low_deg": -36.0 * 0.92**k} for k in range(16))
 """A stop that is a little too near costs more than none, and one out of reach has no slope: a close grid."""
@@ -279,6 +281,7 @@ _LIBRARY: tuple[Effect, ...] = (
             bounds=CREEPS),
     ), "the angle keeps moving slowly after the pressure has settled; loops wider at low frequency", "creep", "creep"),
     Effect("thermal_drift", (Law("thermal_drift", ("rate_per_min",), (0.01, 0.05, 0.2, 0.6), signs=BOTH_SIGNS),
+                             Law("thermal_drift", ("rate_per_min", "about_deg"), (0.01, 0.05, 0.2), signs=BOTH_SIGNS, shapes=ABOUT, counted={"about_deg": "span_deg"}),
                              Law("stiffness", ("rise_per_min",), (0.3, 1.0, 3.0)), Law("stiffness", ("rise_per_min",), (-0.2, -0.6, -1.5)),
                              Law("heated_muscles", ("rate_per_min", "balance"), (0.05, 0.2, 0.6), signs=BOTH_SIGNS, shapes=({"heat_s": 30.0},), bounds={"balance": (-1.0, 1.0)}),
                              Law("one_muscle_warms", ("rate_per_min",), (0.01, 0.05, 0.2, 0.6), signs=BOTH_SIGNS, shapes=EITHER_MUSCLE),
@@ -319,8 +322,9 @@ _LIBRARY: tuple[Effect, ...] = (
     Effect("sensor_gain", (Law("sensor_gain", ("gain",), FINE, signs=BOTH_SIGNS),), "the angle is off in proportion to itself", "gain", "sensor_gain", absorbed=True),
     Effect("sensor_offset", (Law("sensor_offset", ("offset_deg",), (0.005, 0.02, 0.1, 0.4), "span_deg", BOTH_SIGNS),), "the angle is off by a constant", "offset", "sensor_offset", absorbed=True),
     Effect("sensor_drift", (Law("sensor_drift", ("rate_deg_min",), (0.02, 0.1, 0.5), "span_deg", BOTH_SIGNS),
+                            Law("slipping_sensor", ("share",), (3e-4, 1e-3, 3e-3, 1e-2), signs=BOTH_SIGNS),
                             Law("sensor_drift", ("rate_deg_min",), SLOWLY, "span_deg", BOTH_SIGNS, shapes=(ALL_SESSION,))),
-           "the angle wanders steadily through each record or through the session, whatever the excitation", "drift", "drift"),
+           "the angle wanders steadily through each record or through the session, or by as much as the joint moves", "drift", "drift"),
     Effect("sensor_nonlinearity", (
         Law("sensor_nonlinearity", ("square", "cube"), (0.02, 0.1), signs=BOTH_SIGNS, shapes=({"cube": 0.0},)),
         Law("sensor_nonlinearity", ("cube", "square"), (0.02, 0.1), signs=BOTH_SIGNS, shapes=({"square": 0.0},)),

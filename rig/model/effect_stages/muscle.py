@@ -71,9 +71,10 @@ def creep(p1: Values, p2: Values, y: Values, state: Values, params: Sequence[flo
 
 
 def thermal_drift(p1: Values, p2: Values, y: Values, state: Values, params: Sequence[float], dt_s: float) -> None:
-    """The strength, and with it the angle, changes steadily; params: rate_per_min, whole_session."""
+    """The strength, and with it the angle, changes steadily; of muscles that change unequally about another angle than
+    0; params: rate_per_min, about_deg, whole_session."""
     for i in range(len(y)):
-        y[i] *= 1.0 + params[0] * state[0] / 60.0
+        y[i] += params[0] * state[0] / 60.0 * (y[i] - params[1])
         state[0] += dt_s
 
 

@@ -30,6 +30,17 @@ def sensor_drift(p1: Values, p2: Values, y: Values, state: Values, params: Seque
         state[0] += dt_s
 
 
+def slipping_sensor(p1: Values, p2: Values, y: Values, state: Values, params: Sequence[float], dt_s: float) -> None:
+    """The zero wanders as the joint moves, by a share of the way that it goes either way: a potentiometer that slips on
+    its shaft, an encoder that loses counts in one direction; params: share."""
+    for i in range(len(y)):
+        now = y[i]
+        if state[0] != 0.0:
+            state[2] += params[0] * abs(now - state[1])
+        state[0], state[1] = 1.0, now
+        y[i] = now + state[2]
+
+
 def sensor_nonlinearity(p1: Values, p2: Values, y: Values, state: Values, params: Sequence[float], dt_s: float) -> None:
     """y + slope y + square y^2 / scale + cube y^3 / scale^2; params: square, cube, scale_deg, slope."""
     for i in range(len(y)):

@@ -82,3 +82,25 @@ def test_what_begins_anew_with_each_record_does_not_go_on() -> None:
 
 def test_a_healthy_session_with_its_times_lacks_nothing() -> None:
     assert not diagnose(None, through_the_session(session(222), lambda y, _: y), [session(221)]).causes
+
+
+UNEQUALLY = AddedEffect("thermal_drift", {"rate_per_min": 0.3, "about_deg": 12.0})
+SLIPS = AddedEffect("slipping_sensor", {"share": 0.005})
+
+
+def test_muscles_that_warm_unequally_are_one_cause() -> None:
+    """The motion grows about an angle that is not zero: it was a warming and a drift of the sensor."""
+    found = diagnose(None, session(222, UNEQUALLY), [session(221)])
+    assert [cause.effect for cause in found.causes] == ["thermal_drift"]
+    assert found.causes[0].parameters["about_deg"].value == pytest.approx(12.0, rel=0.15)
+    assert " a minute about 1" in headline(found)[0]
+
+
+def test_a_sensor_that_slips_as_the_joint_moves_is_no_warming() -> None:
+    """A joint that goes farther in the same time loses more: it was a muscle that warms, with 0.98."""
+    found = diagnose(None, session(222, SLIPS), [session(221)])
+    assert [cause.effect for cause in found.causes] == ["sensor_drift"]
+    assert found.causes[0].parameters["share"].value == pytest.approx(0.005, rel=0.05)
+    assert headline(found)[0].startswith(
+        "The sensor's zero wanders upwards as the joint moves, by 0.50 % of its travel"
+    )

@@ -169,9 +169,18 @@ def _warming(numbers: Numbers) -> str:
         return f"The muscles get {stronger} by their own heat, by {size(numbers['rate_per_min'])} of brisk work"
     if "rate_per_min" in numbers:
         grows = _more(numbers, "rate_per_min", "grows", "shrinks")
-        return f"The motion {grows} by {size(numbers['rate_per_min'])}{through(numbers)}"
+        about = f" about {size(numbers['about_deg'], signed=True)}" if "about_deg" in numbers else ""
+        return f"The motion {grows} by {size(numbers['rate_per_min'])}{about}{through(numbers)}"
     firmer = _more(numbers, "rise_per_min", "stiffer", "softer")
     return f"The muscles hold the joint ever {firmer}, by {size(numbers['rise_per_min'])}"
+
+
+def _sensor_drift(numbers: Numbers) -> str:
+    if "share" in numbers:
+        way = _more(numbers, "share", "upwards", "downwards")
+        return f"The sensor's zero wanders {way} as the joint moves, by {size(numbers['share'])} of its travel"
+    way = _more(numbers, "rate_deg_min", "upwards", "downwards")
+    return f"The sensor's zero wanders by {size(numbers['rate_deg_min'])} {way}{through(numbers)}"
 
 
 def _stiffness(numbers: Numbers) -> str:
@@ -250,8 +259,8 @@ EFFECT_WORDS: Mapping[str, EffectWords] = {
         "the sensor's scaling; its supply voltage; another sensor or gear; or the joint itself: a spring or a stiff cable makes every angle smaller alike", "two known angles: if they are read right, springs and cables at the joint; the sensor's supply voltage"),
     "sensor_offset": EffectWords("another zero of the sensor", lambda n: f"The sensor's zero is {size(n['offset_deg'])} {_more(n, 'offset_deg', 'higher', 'lower')} {{than}}",
         "the sensor was mounted anew or slipped; its zero was not set", "the reading at the mechanical zero"),
-    "sensor_drift": EffectWords("a sensor that drifts", lambda n: f"The sensor's zero wanders by {size(n['rate_deg_min'])} {_more(n, 'rate_deg_min', 'upwards', 'downwards')}{through(n)}",
-        "the sensor or its amplifier warms up; a coupling slips slowly", "a record without any motion; the reading at the mechanical zero before and after"),
+    "sensor_drift": EffectWords("a sensor that drifts", _sensor_drift,
+        "the sensor or its amplifier warms up; it slips on its shaft, or loses counts, as the joint moves", "a record without any motion; the reading at the mechanical zero before and after; the grub screw of the coupling"),
     "sensor_nonlinearity": EffectWords("a bent reading of the sensor", _bent,
         "a magnet or potentiometer off its centre; the end of the sensor's range", "readings at several known angles; the centring of the magnet"),
     "sensor_lag": EffectWords("a slow sensor", lambda n: f"The sensor's reading follows {size(n['tau_s'])} {_more(n, 'tau_s', 'later', 'sooner')} {{than}}",
