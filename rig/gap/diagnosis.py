@@ -10,7 +10,7 @@ from rig.gap.pipeline import Grounds
 from rig.gap.plan.candidates import SweepEnvelope
 from rig.gap.possible_effects import channels_of_call, named_effects, possible
 from rig.gap.question import Question
-from rig.gap.reference.build import AUTO, Kind, because, choose
+from rig.gap.reference.kinds import AUTO, ReferenceKind, because, choose
 from rig.gap.settings import Fitted, fitted
 from rig.identify.provenance import identified_on
 from rig.model.parameters import Model
@@ -65,7 +65,7 @@ def diagnose_with_grounds(
     withheld = [name for name in able if name not in asked]
     library = [name for name in able if name in asked]
     kind = choose(reference, model, len(baselines))
-    sister = reference == Kind.SIMULATOR
+    sister = reference == ReferenceKind.SIMULATOR
     question = Question(
         model,
         records,
@@ -88,7 +88,7 @@ def diagnose_with_grounds(
     return replace(said, reference_because=why, channels=channels, notes=[*said.notes, *own], only=only), grounds
 
 
-def _own_records(kind: Kind, model: Model | None, records: Sequence[Record]) -> list[str]:
+def _own_records(kind: ReferenceKind, model: Model | None, records: Sequence[Record]) -> list[str]:
     """A note where a model is asked about the records that it was fitted to."""
     if model is None or kind.by_days or not (same := identified_on(model, records)):
         return []

@@ -14,8 +14,8 @@ from rig.gap.answer.result import Diagnosis
 from rig.gap.evidence.posterior import effect_evidence
 from rig.gap.pipeline import Grounds, answer, weigh
 from rig.gap.question import ExperimentEvidence, Question
-from rig.gap.reference.build import Kind
 from rig.gap.reference.faster_records import known_hz
+from rig.gap.reference.kinds import ReferenceKind
 from rig.identify.response.fingerprint import fingerprint_of
 from rig.record import Record
 
@@ -63,13 +63,15 @@ def _for_experiments(question: Question) -> Question:
     if known.fingerprint is None:
         raise RecordError("--baseline: too short to describe the rig by; a hunt needs some minutes of records")
     known = replace(known, fingerprint=replace(known.fingerprint, day=""))
-    return replace(question, model=known, days=[], kind=Kind.FINGERPRINT, sister=False, known_hz=known_hz(described))
+    return replace(
+        question, model=known, days=[], kind=ReferenceKind.FINGERPRINT, sister=False, known_hz=known_hz(described)
+    )
 
 
 def _without_kept_records(question: Question) -> Question:
     """The question by the response model alone: session and experiments are compared with one reference, and no file
     keeps records of an experiment."""
-    if question.kind is not Kind.FINGERPRINT or question.model is None or question.model.fingerprint is None:
+    if question.kind is not ReferenceKind.FINGERPRINT or question.model is None or question.model.fingerprint is None:
         return question
     described = replace(question.model.fingerprint, day="")
     return replace(question, model=replace(question.model, fingerprint=described))

@@ -30,7 +30,10 @@ from rig.gap.raw_tests.quantisation import code_found
 from rig.gap.raw_tests.signature import Signature
 from rig.gap.records.fingerprint_records import pair_with_kept
 from rig.gap.records.pairs import Pair, Pairing, pair_up
-from rig.gap.reference.build import Expected, Kind, commanded_gaps, expect
+from rig.gap.reference.build import expect
+from rig.gap.reference.expected import Expected
+from rig.gap.reference.gaps import commanded_gaps
+from rig.gap.reference.kinds import ReferenceKind
 from rig.gap.reference.known_noise import known_noise
 from rig.gap.reference.simulated import at_rest, misfit_deg
 from rig.gap.settings import ANOTHER_RIG
@@ -126,7 +129,11 @@ def weigh(question: Question) -> tuple[list[Signature], Expected, tuple[Posterio
 
 def _fingerprint(question: Question) -> Fingerprint | None:
     """The model's, where it is the reference."""
-    return question.model.fingerprint if question.model is not None and question.kind is Kind.FINGERPRINT else None
+    return (
+        question.model.fingerprint
+        if question.model is not None and question.kind is ReferenceKind.FINGERPRINT
+        else None
+    )
 
 
 def _misfit_deg(model: Model, expected: Expected) -> float | None:

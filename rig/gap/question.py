@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from rig.gap.plan.candidates import SweepEnvelope
-from rig.gap.reference.build import Kind
+from rig.gap.reference.kinds import ReferenceKind
 from rig.gap.settings import Fitted, fitted
 from rig.model.parameters import Model
 from rig.record import Record
@@ -22,7 +22,7 @@ class Question:
     model: Model | None
     records: Sequence[Record]
     days: Sequence[Sequence[Record]]
-    kind: Kind
+    kind: ReferenceKind
     sister: bool = False
     """The simulator was made for another rig of the build, or from data sheets."""
     pressures: bool = True

@@ -16,7 +16,7 @@ from rig.gap.answer.how_far.augment import remaining_gap
 from rig.gap.answer.result import Diagnosis
 from rig.gap.answer.words.stages import chain_rows
 from rig.gap.pipeline import Grounds
-from rig.gap.reference.build import commanded_gaps
+from rig.gap.reference.gaps import commanded_gaps
 from rig.own_units import own_places
 from rig.record import Column
 from rig.report.figure_texts import as_written

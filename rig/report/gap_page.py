@@ -11,7 +11,7 @@ from rig.gap.answer.words.shares import BY_CAUSES, shares_along
 from rig.gap.answer.words.sizes import percent
 from rig.gap.answer.words.stages import chain_rows, stage_name
 from rig.gap.pipeline import Grounds
-from rig.gap.reference.kinds import Kind as Reference
+from rig.gap.reference.kinds import ReferenceKind
 from rig.identify.provenance import tuned_to
 from rig.model.parameters import Model
 from rig.outputs import OutputKind, write_text
@@ -73,9 +73,9 @@ def _assumed(diagnosis: Diagnosis, grounds: Grounds, model: Model) -> list[str]:
     return [*told, *folded(diagnosis.notes)]
 
 
-def _expected(reference: Reference, sessions: int) -> str:
+def _expected(reference: ReferenceKind, sessions: int) -> str:
     if not sessions:
         return "what the model says"
-    if reference is Reference.FINGERPRINT:
+    if reference is ReferenceKind.FINGERPRINT:
         return "what the rig answered to the same sweeps when the model was identified"
     return f"the mean of {sessions} earlier days"

@@ -26,8 +26,10 @@ from rig.gap.hypotheses.inverse_problems import parts_of_angle, parts_of_pressur
 from rig.gap.prior_fitting.levels import fit_builds, fit_levels, fit_monitors, of_another_build
 from rig.gap.provenance import FitProvenance, Origin
 from rig.gap.records.pairs import pair_up
-from rig.gap.reference.build import SISTER, Expected, Kind, expect
+from rig.gap.reference.build import expect
 from rig.gap.reference.expectation import Parts
+from rig.gap.reference.expected import SISTER, Expected
+from rig.gap.reference.kinds import ReferenceKind
 from rig.gap.settings import Fitted, Levels, Prior, fitted
 from rig.model.parameters import Model
 from rig.model.response.fingerprint_check import fingerprint_checksum
@@ -45,7 +47,7 @@ DAYS = (1, 3, 5)
 DIGITS = 4
 FITTED_BY_OTHERS = ("odds", "usual")
 """Of the levels of a reference: by `pamrig gap study odds` and `usual`."""
-OF_DAYS = (Kind.SESSION.value, Kind.FINGERPRINT.value)
+OF_DAYS = (ReferenceKind.SESSION.value, ReferenceKind.FINGERPRINT.value)
 """References that describe the rig as closely as days repeat; the others miss more than days differ by."""
 
 
@@ -166,11 +168,11 @@ def healthy_days(rig: tuple[Case, Model, Model]) -> list[HealthyDay]:
     days, found = days_of(case), []
     for number in DAYS:
         asked = [
-            (Kind.SESSION, False, own, [days[0]]),
-            (Kind.FINGERPRINT, False, own, []),
-            (Kind.FINGERPRINT, False, uncorrected(own), []),
-            (Kind.SIMULATOR, False, replace(own, fingerprint=None), []),
-            (Kind.SIMULATOR, True, replace(sister, fingerprint=None), []),
+            (ReferenceKind.SESSION, False, own, [days[0]]),
+            (ReferenceKind.FINGERPRINT, False, own, []),
+            (ReferenceKind.FINGERPRINT, False, uncorrected(own), []),
+            (ReferenceKind.SIMULATOR, False, replace(own, fingerprint=None), []),
+            (ReferenceKind.SIMULATOR, True, replace(sister, fingerprint=None), []),
         ]
         for kind, is_sister, model, beside in asked:
             try:
@@ -211,7 +213,7 @@ def _levels(days: Sequence[HealthyDay], prior: Prior) -> Levels:
         pressures = of_another_build(pressures, len(families))
     commanded = [np.sqrt(np.mean([day.commanded**2 for day in some])) for some in families]
     made = Levels(pressures, angle, float(np.exp(np.mean(np.log(commanded)))), monitors)
-    if days[0].reference not in (Kind.SIMULATOR.value, SISTER):
+    if days[0].reference not in (ReferenceKind.SIMULATOR.value, SISTER):
         return made
     return replace(made, builds=fit_builds([[day.pressures for day in some] for some in families], pressures, prior))
 

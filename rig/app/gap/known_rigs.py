@@ -16,7 +16,8 @@ from rig.gap.plan.rehearse import Noise, RehearsedRig, as_steady_as, known_rig
 from rig.gap.possible_effects import channels_of_call, possible
 from rig.gap.records.grid import rows_apart
 from rig.gap.records.pairs import pair_up
-from rig.gap.reference.build import AUTO, Kind, choose, expect, from_response, known_how
+from rig.gap.reference.build import expect, from_response, known_how
+from rig.gap.reference.kinds import AUTO, ReferenceKind, choose
 from rig.gap.settings import fitted
 from rig.identify.response.fingerprint import fingerprint_of
 from rig.model.fingerprint import Fingerprint, PressureSource
@@ -89,15 +90,15 @@ def known_of(model: Model, days: Sequence[Sequence[Record]], reference: str = AU
 
 def _described(model: Model, days: Sequence[Sequence[Record]], reference: str) -> RehearsedRig:
     kind = choose(reference, model, len(days))
-    if kind in (Kind.SESSION, Kind.SESSIONS):
-        levels = kind.value if kind.value in fitted().levels else Kind.SESSION.value
+    if kind in (ReferenceKind.SESSION, ReferenceKind.SESSIONS):
+        levels = kind.value if kind.value in fitted().levels else ReferenceKind.SESSION.value
         made = fingerprint_of([record for day in days for record in day], model)
         if made is None:
             raise ConfigError("--baseline: the records are too short to describe the rig by them")
         return replace(_by_fingerprint(made), levels=levels, kind=kind, missed_mpa=0.0, missed_deg=0.0)
-    if kind is Kind.FINGERPRINT and model.fingerprint is not None:
+    if kind is ReferenceKind.FINGERPRINT and model.fingerprint is not None:
         return _by_fingerprint(model.fingerprint)
-    return _by_simulator(model, sister=reference == Kind.SIMULATOR)
+    return _by_simulator(model, sister=reference == ReferenceKind.SIMULATOR)
 
 
 def _by_fingerprint(fingerprint: Fingerprint) -> RehearsedRig:
@@ -116,7 +117,7 @@ def _by_fingerprint(fingerprint: Fingerprint) -> RehearsedRig:
 
 def _by_simulator(model: Model, *, sister: bool) -> RehearsedRig:
     records = [simulate(model, record) for record in commands_of(DEFAULT_SWEEP, model.sample_time_s)]
-    described = known_rig(expect(Kind.SIMULATOR, sister, model, pair_up(records, [], model.p0_mpa)))
+    described = known_rig(expect(ReferenceKind.SIMULATOR, sister, model, pair_up(records, [], model.p0_mpa)))
     return replace(described, noise=Noise())  # a simulator's own records have none
 
 

@@ -25,7 +25,7 @@ from rig.gap.plan.design import Design, DetectionPower, appraise, design
 from rig.gap.plan.raw_ability import raw_abilities
 from rig.gap.plan.rehearse import rehearse, within
 from rig.gap.records.usable import reasons, usable
-from rig.gap.reference.build import Kind
+from rig.gap.reference.kinds import ReferenceKind
 from rig.gap.settings import FALSE_ALARM_RATE, fitted
 from rig.own_units import factor, own_plain
 from rig.record import Record
@@ -45,7 +45,7 @@ class SweepCapabilities:
 
     sweeps: dict[str, Capability]
     channels: Channels
-    kind: Kind
+    kind: ReferenceKind
     """What stands for the rig without a gap."""
     notes: tuple[str, ...] = ()
     """Records that a diagnosis would leave out, and why."""
@@ -79,7 +79,7 @@ def _usable(described: DescribedRig, plans: Sequence[RunPlan], notes: list[str])
 def _raw(asked: Asked, described: DescribedRig, commands: Sequence[Record]) -> list[Ability]:
     """What the raw samples would tell."""
     commands = [replace(record, facts=dict(record.facts) | _map_of(described.channels)) for record in commands]
-    noise_deg, kind = described.rig.noise.angle_deg, Kind.SESSION if asked.baselines else described.rig.kind
+    noise_deg, kind = described.rig.noise.angle_deg, ReferenceKind.SESSION if asked.baselines else described.rig.kind
     return raw_abilities(described.model, commands, noise_deg, described.effects, kind, fitted().noise)
 
 

@@ -26,7 +26,7 @@ from rig.gap.hypotheses.inverse_problems import PRESSURES
 from rig.gap.plan.next_experiment import what_next
 from rig.gap.raw_tests.signature import Signature
 from rig.gap.records.pairs import Pairing
-from rig.gap.reference.build import commanded_gaps, from_own_zeros, rms_of
+from rig.gap.reference.gaps import commanded_gaps, from_own_zeros, rms_of
 from rig.gap.response.causes import Applied, full_numbers
 from rig.gap.settings import EITHER_CHANCE, EVEN_CHANCE
 from rig.record import Column

@@ -13,7 +13,8 @@ from rig.gap.hypotheses.fit import Fit
 from rig.gap.hypotheses.inverse_problems import PRESSURES
 from rig.gap.plan.candidates import SweepEnvelope
 from rig.gap.raw_tests.signature import Signature
-from rig.gap.reference.build import Expected, rms_of
+from rig.gap.reference.expected import Expected
+from rig.gap.reference.gaps import rms_of
 from rig.gap.settings import Fitted
 from rig.model.parameters import Model
 from rig.record import Column

@@ -6,7 +6,9 @@ from functools import partial
 import numpy as np
 
 from rig.gap.hypotheses.inverse_problems import floor_deg
-from rig.gap.reference.build import Expected, Kind, rms_of
+from rig.gap.reference.expected import Expected
+from rig.gap.reference.gaps import rms_of
+from rig.gap.reference.kinds import ReferenceKind
 from rig.gap.reference.own_days import angle_days, own_floor
 from rig.gap.reference.unrepeated import Unrepeated, of_contexts
 from rig.gap.settings import Fitted
@@ -39,7 +41,7 @@ def floor_of(expected: Expected, settings: Fitted) -> Floor:
 
 def floor_source(expected: Expected) -> str:
     """What the floor rests on: the rig's own days from two on, else what is usual of such a reference."""
-    return Kind.SESSIONS.value if expected.pairing.day_count > 1 else expected.levels
+    return ReferenceKind.SESSIONS.value if expected.pairing.day_count > 1 else expected.levels
 
 
 def _unsteady(anew: Unrepeated) -> str:

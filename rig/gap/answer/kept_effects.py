@@ -12,7 +12,7 @@ from rig.gap.evidence.posterior import Posterior
 from rig.gap.hypotheses.fit import Fit
 from rig.gap.hypotheses.inverse_problems import PRESSURES
 from rig.gap.hypotheses.library import NONE
-from rig.gap.reference.build import rms_of
+from rig.gap.reference.gaps import rms_of
 from rig.gap.settings import BEHIND_CLOSES, LEAST_CLOSED, SPOILT
 
 

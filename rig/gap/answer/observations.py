@@ -18,7 +18,7 @@ from rig.gap.evidence.posterior import Posterior
 from rig.gap.hypotheses.fit import Fit
 from rig.gap.hypotheses.library import LIBRARY
 from rig.gap.raw_tests.signature import Signature
-from rig.gap.reference.build import Expected
+from rig.gap.reference.expected import Expected
 from rig.gap.response.causes import Applied
 from rig.gap.settings import Reach
 from rig.model.effect_stages import EFFECT_STAGES

@@ -8,7 +8,7 @@ from rig.channels import PNEUMATIC, Channels
 from rig.gap.answer.facts import RAW, SIGNATURE, Evidence, Gap, Retuning, Verdict, Where
 from rig.gap.hypotheses.library import UNKNOWN
 from rig.gap.plan.experiment import Experiment
-from rig.gap.reference.kinds import Kind
+from rig.gap.reference.kinds import ReferenceKind
 from rig.gap.response.causes import Applied
 from rig.own_units import own_plain
 
@@ -138,7 +138,7 @@ class Diagnosis:
     doubts: Sequence[str] = ()
     """Those of the notes that doubt whether like is compared with like: records of another rig, or around another P0,
     than what they are compared with."""
-    reference: Kind = Kind.SESSIONS
+    reference: ReferenceKind = ReferenceKind.SESSIONS
     """What stood for the rig without a gap."""
     retuning: Retuning | None = None
     """What re-tuning the simulator's own parameters would close, and which moved."""

@@ -18,9 +18,11 @@ from rig.gap.hypotheses.library import Law
 from rig.gap.hypotheses.retuned import unsure_regulators
 from rig.gap.hypotheses.scales import law_scales
 from rig.gap.likelihood.lines import Lines
-from rig.gap.reference.build import Expected, Kind, rms_of, without_mean
 from rig.gap.reference.expectation import Factor, Parts, angle_parts, mean_doubt, motion_doubt, pressure_parts
+from rig.gap.reference.expected import Expected
 from rig.gap.reference.faster_records import doubt, known_by_hz
+from rig.gap.reference.gaps import rms_of, without_mean
+from rig.gap.reference.kinds import ReferenceKind
 from rig.gap.reference.own_days import angle_days, own_factor, pressure_days
 from rig.gap.reference.patterns import VISCOUS
 from rig.gap.reference.unrepeated import shown_by, with_unrepeated
@@ -102,7 +104,7 @@ def parts_of_angle(expected: Expected) -> tuple[Parts, Column]:
     """What may differ in the angle, with what this rig does not repeat; and (n, K) the earlier days."""
     response, driven = expected.response, expected.driven
     parts = angle_parts(expected.contexts, expected.base, response, driven)
-    parts = parts.without(VISCOUS) if expected.kind is Kind.SIMULATOR else parts
+    parts = parts.without(VISCOUS) if expected.kind is ReferenceKind.SIMULATOR else parts
     read_right = () if expected.misread is None else expected.misread.days_mpa
     return _with_days(parts, expected, partial(angle_days, response=response, driven=driven, misread_mpa=read_right))
 
@@ -120,14 +122,14 @@ def pressure_forward(expected: Expected, settings: Fitted, whole: Expected | Non
     """The pressures of some records; scales are those of the `whole`."""
     reference_levels = settings.levels[expected.levels]
     levels = reference_levels.pressures.wider("lag_s", expected.unsure_lag_s)
-    if expected.kind is not Kind.SESSIONS:  # several days of the rig tell by how much its regulators differ
+    if expected.kind is not ReferenceKind.SESSIONS:  # several days of the rig tell by how much its regulators differ
         levels = levels.wider("gain", GAIN_BY_DAY)
     parts, days = parts_of_pressures(expected)
     factor = own_factor(parts, days, levels, settings.prior).of_any_build(reference_levels.builds)
     times = _where_fast(factor.lines, expected)
     factor = factor.at_least(expected.missed_mpa).less_sure(times, parts.noise).noisier(expected.anew_mpa**2)
     factor = factor.doubting(motion_doubt(expected.contexts, expected.base, expected.response))
-    if expected.kind is Kind.FINGERPRINT:
+    if expected.kind is ReferenceKind.FINGERPRINT:
         factor = factor.standing_off(expected.missed_mpa)
     moving = float(np.std(np.concatenate([context.reference.p1_mpa for context in expected.contexts])))
     scales = law_scales((whole or expected).contexts, expected.response.tau0_s)
@@ -136,7 +138,7 @@ def pressure_forward(expected: Expected, settings: Fitted, whole: Expected | Non
         factor, change, expected.response, scales, moving, settings.prior, reference_levels.odds,
         lambda changed: _moved_deg(expected, changed) / floor_deg(expected, settings), reference_levels.usual,
     )  # fmt: skip
-    if expected.kind is not Kind.SIMULATOR:
+    if expected.kind is not ReferenceKind.SIMULATOR:
         return forward
     return replace(forward, unsure=unsure_regulators(expected.contexts, expected.response, parts, levels, times))
 
@@ -152,13 +154,15 @@ def angle_forward(expected: Expected, settings: Fitted, whole: Expected | None =
         factor = factor.standing_off(ZERO_AT_REST * parts.span)
     if expected.driven:
         factor = factor.doubting(mean_doubt(contexts, base, response))
-    if expected.driven and expected.kind is not Kind.SIMULATOR:  # a simulator is asked itself under these pressures
+    if (
+        expected.driven and expected.kind is not ReferenceKind.SIMULATOR
+    ):  # a simulator is asked itself under these pressures
         factor = _answering_other_pressures(factor, expected, settings.prior)
     factor = factor.at_least(expected.missed_deg).less_sure(_where_fast(factor.lines, expected), parts.noise)
     factor = factor.noisier(expected.anew_deg**2 + expected.signatures_deg2)
     if expected.step_deg:
         factor = factor.rounded_to(expected.step_deg, np.concatenate(list(base)))
-    if expected.kind is Kind.FINGERPRINT:
+    if expected.kind is ReferenceKind.FINGERPRINT:
         factor = factor.standing_off(expected.missed_deg)
     moving = float(np.std(np.concatenate(base)))
     scales = law_scales((whole or expected).contexts, expected.response.tau0_s)

@@ -16,7 +16,7 @@ from rig.gap.plan.directions import Direction, columns, ladder, sized, unit_of, 
 from rig.gap.plan.information import inform, needed_separation, separations
 from rig.gap.plan.rehearse import factors_of
 from rig.gap.plan.settings import CHANCE, NAMED
-from rig.gap.reference.build import Expected
+from rig.gap.reference.expected import Expected
 from rig.gap.settings import FALSE_ALARM_RATE, Fitted, Odds, Prior
 from rig.record import Column
 

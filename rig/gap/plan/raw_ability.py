@@ -13,7 +13,7 @@ from rig.gap.plan.directions import unit_of
 from rig.gap.raw_tests.all_tests import read_signatures
 from rig.gap.raw_tests.noise_levels import angles_of
 from rig.gap.records.pairs import pair_up
-from rig.gap.reference.kinds import Kind
+from rig.gap.reference.kinds import ReferenceKind
 from rig.gap.reference.known_noise import known_noise
 from rig.gap.settings import UsualNoise
 from rig.model.effect_stages import EFFECT_STAGES
@@ -37,7 +37,7 @@ def raw_abilities(
     commands: Sequence[Record],
     noise_deg: float,
     effects: Sequence[Effect],
-    kind: Kind,
+    kind: ReferenceKind,
     usual: UsualNoise | None,
 ) -> list[Ability]:
     """What records of these commands would tell of every effect that is found in the raw samples, on a rig like `model`
@@ -51,7 +51,7 @@ class _Samples:
     """Days of one rig as they would be recorded."""
 
     def __init__(
-        self, model: Model, commands: Sequence[Record], noise_deg: float, kind: Kind, usual: UsualNoise | None
+        self, model: Model, commands: Sequence[Record], noise_deg: float, kind: ReferenceKind, usual: UsualNoise | None
     ) -> None:
         self._model, self._commands, self._noise_deg = model, commands, noise_deg
         self._before = [self._day(100)] if kind.by_days else []

@@ -13,9 +13,12 @@ from rig.gap.hypotheses.inverse_problems import ANGLE, PRESSURES, InverseProblem
 from rig.gap.plan.settings import ANGLE_MARGIN
 from rig.gap.records.grid import Pair, RunColumns
 from rig.gap.records.pairs import Pairing
-from rig.gap.reference.build import Expected, Kind, from_response, rms_of
+from rig.gap.reference.build import from_response
 from rig.gap.reference.expectation import line_noise
+from rig.gap.reference.expected import Expected
 from rig.gap.reference.faster_records import known_by_hz
+from rig.gap.reference.gaps import rms_of
+from rig.gap.reference.kinds import ReferenceKind
 from rig.gap.reference.own_days import angle_days, pressure_days
 from rig.gap.reference.unrepeated import of_contexts
 from rig.gap.response.propagate import RecordContext
@@ -46,7 +49,7 @@ class RehearsedRig:
     pressures: bool = True
     """The regulators' monitors are recorded."""
     noise: Noise = Noise()
-    kind: Kind = Kind.FINGERPRINT
+    kind: ReferenceKind = ReferenceKind.FINGERPRINT
     missed_mpa: float = 0.0
     missed_deg: float = 0.0
     """Rms by which the reference misses the records that it was made from, where that is known; see `Expected`."""
@@ -144,7 +147,7 @@ def known_by(response: ResponseModel, days: Sequence[RecordContext], *, pressure
     ]
     rig = RehearsedRig(
         response,
-        Kind.FINGERPRINT.value,
+        ReferenceKind.FINGERPRINT.value,
         pressures,
         _noise(days),
         missed_mpa=max(missed_mpa),

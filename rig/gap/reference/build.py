@@ -1,5 +1,4 @@
-"""Which reference there is, and what it expects: of every record, its pressures under the commands and its angle under
-the pressures.
+"""A reference brought to the records: of each, its pressures under the commands and its angle under the pressures.
 
 | reference | from |
 |---|---|
@@ -10,178 +9,45 @@ the pressures.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
-from rig.columns import rms
-from rig.config import suggest
-from rig.errors import ConfigError, ModelError
+from rig.errors import ModelError
 from rig.gap.records.pairs import Pair, Pairing
 from rig.gap.records.usable import check_direction
 from rig.gap.reference.expectation import driving
-from rig.gap.reference.kinds import Kind as Kind
-from rig.gap.reference.monitors import Misread
+from rig.gap.reference.expected import SISTER, UNCORRECTED, Expected
+from rig.gap.reference.gaps import rms_of
+from rig.gap.reference.kinds import ReferenceKind
 from rig.gap.reference.simulated import Modelled, at_rest, followed, modelled, started
-from rig.gap.response.causes import Applied, ready
 from rig.gap.response.nominal import Reference, describe, mean_session, references_of
-from rig.gap.response.propagate import Course, RecordContext, angle_under, contexts_of, response_with
+from rig.gap.response.propagate import RecordContext, angle_under, contexts_of
 from rig.gap.settings import LAG_SAID, OUTSIDE_SEEN, RUNS_OFF
 from rig.model.compiled.columns import drive
 from rig.model.fingerprint import Fingerprint, PressureSource
 from rig.model.parameters import Input, Model
 from rig.model.response.fingerprint_check import fingerprint_trouble
 from rig.model.response.model import ResponseModel, response_of
-from rig.number_text import counted
 from rig.record import Column
 
-AUTO = "auto"
 MEAN = "mean pressure"
-UNCORRECTED = "uncorrected"
-"""Levels of a fingerprint that does not say what its regulators are beside a dead time and a lag: too few records, or
-an older file."""
-SISTER = "sister"
-"""Levels of a simulator that was made for another rig of the build, or from data sheets."""
 
 
-@dataclass(frozen=True)
-class Expected:
-    """A reference brought to the records."""
-
-    kind: Kind
-    levels: str
-    """Which levels say how surely it knows the rig."""
-    pairing: Pairing
-    contexts: list[RecordContext]
-    response: ResponseModel
-    base: tuple[Column, ...]
-    """Expected angle of each record, under its measured pressures where there are any."""
-    missed_mpa: float = 0.0
-    missed_deg: float = 0.0
-    """Rms by which the reference misses the very records that it was made from, where that is known."""
-    signatures_deg2: float = 0.0
-    """Mean square that hum and noise, which the raw-data tests found, leave in the smoothed angle: it is explained, and
-    no gap of the smoothed records."""
-    step_deg: float = 0.0
-    """A converter's step that those tests found; what rounding leaves is none either."""
-    planned: bool = False
-    """The records are not made yet, and answer exactly as the reference expects."""
-    anew_mpa: float = 0.0
-    anew_deg: float = 0.0
-    """Rms by which planned records will be off for what the rig does not repeat; measured ones show it."""
-    unsure_lag_s: float = 0.0
-    """Lag that nobody knows because the records are coarser than the simulator's steps: when a command that stands
-    in one row was written, and whether it held until the next."""
-    misread: Misread | None = None
-    """What the monitors misread, once the pressures have been judged."""
-    known_hz: float = np.inf
-    """Fastest excitation that the reference is known from: faster experiments are expected less surely."""
-    mean_unseen: bool = False
-    """The records lie at a mean pressure that the reference has never seen."""
-    other_zero: bool = False
-    """The reference is another rig's simulator that has a zero of its sensor among its parameters."""
-
-    @property
-    def zeroed(self) -> bool:
-        """The angle at rest was taken for zero at the start of each record: whatever turns the joint there, a fault of
-        the valves or a play, is not in the records, and no reference knows by how much."""
-        return all(pair.zeroed for pair in self.pairs)
-
-    @property
-    def pairs(self) -> list[Pair]:
-        """The records beside their earlier days."""
-        return self.pairing.pairs
-
-    @property
-    def beside_records(self) -> bool:
-        """Records of the same sweeps stand for the rig without a gap: of earlier days, or those that a fingerprint
-        keeps."""
-        return self.pairing.day_count > 0
-
-    @property
-    def driven(self) -> bool:
-        """Both factors count: the angle is expected under the measured pressures."""
-        return self.pairing.pressures
-
-
-def commanded_gaps(expected: Expected, causes: Sequence[Applied] = ()) -> list[Column]:
-    """For each record (n,): the case's angle less what the healthy rig would have read under its commands with these
-    causes, holes 0."""
-    course = Course(tuple(expected.contexts))
-    angles = response_with(ready(causes, expected.response), course, expected.response)
-    gaps = [
-        context.pair.case.angle_deg - angle
-        for context, angle in zip(expected.contexts, course.split(angles), strict=True)
-    ]
-    return from_own_zeros(gaps, expected)
-
-
-def from_own_zeros(gaps: Sequence[Column], expected: Expected) -> list[Column]:
-    """Gaps of the angle (n,) for each record, holes 0; without its mean where each record took its own zero."""
-    used = [pair.used for pair in expected.pairs]
-    if not expected.zeroed:
-        return [gap * rows for gap, rows in zip(gaps, used, strict=True)]
-    return [without_mean(gap, rows) for gap, rows in zip(gaps, used, strict=True)]
-
-
-def without_mean(column: Column, used: Column) -> Column:
-    """A column (n,) less its mean over the rows that were measured (n,), and 0 in the others."""
-    out: Column = (column - float(column @ used) / max(float(used.sum()), 1.0)) * used
-    return out
-
-
-def choose(asked: str, model: Model | None, sessions: int) -> Kind:
-    """The reference that is asked for, or the best there is; ConfigError when it cannot be had."""
-    trouble = "the model file has none" if model is None or model.fingerprint is None else fingerprint_trouble(model)
-    if asked == AUTO:
-        if sessions:
-            return Kind.SESSIONS if sessions > 1 else Kind.SESSION
-        return Kind.SIMULATOR if trouble else Kind.FINGERPRINT
-    if asked not in list(Kind):
-        raise ConfigError(f"reference {asked!r}: {suggest(asked, [AUTO, *Kind])}")
-    kind = Kind(asked)
-    least = {Kind.SESSIONS: 2, Kind.SESSION: 1}.get(kind, 0)
-    if sessions < least:
-        raise ConfigError(f"--reference {kind}: needs {counted(least, 'earlier day')} by --baseline, {sessions} given")
-    if kind is Kind.FINGERPRINT and trouble:
-        raise ConfigError(
-            f"--reference fingerprint: {trouble}; `pamrig identify` writes one, and `--reference simulator` does "
-            "without"
-        )
-    return kind
-
-
-def because(asked: str, kind: Kind, model: Model | None, sessions: int) -> str:
-    """How the reference came about, in words."""
-    if asked != AUTO:
-        made = ", made for another rig of the build or from data sheets" if kind is Kind.SIMULATOR else ""
-        return f"as --reference {asked} asks{made}"
-    if kind.by_days:
-        return f"because {sessions} {'was' if sessions == 1 else 'were'} given by --baseline"
-    if kind is Kind.FINGERPRINT:
-        return "because the model file has one and no earlier day was given"
-    lacks = ""
-    if model is not None:
-        lacks = " and the model file has no fingerprint"
-        if model.fingerprint is not None:
-            lacks = f" and the model file's fingerprint cannot be used ({fingerprint_trouble(model)})"
-    return f"because no earlier day was given{lacks}; --baseline DAY shows far smaller effects"
-
-
-def expect(kind: Kind, sister: bool, model: Model | None, pairing: Pairing) -> Expected:
+def expect(kind: ReferenceKind, sister: bool, model: Model | None, pairing: Pairing) -> Expected:
     """What the reference says of the records; ModelError when the model is no simulator of them."""
     if pairing.day_count:
         return _from_days(kind, model, pairing)
     if model is None:
         raise ModelError("neither a fitting baseline nor a model was given: there is nothing to compare with")
-    if kind is Kind.FINGERPRINT:
+    if kind is ReferenceKind.FINGERPRINT:
         return _from_fingerprint(model, pairing)
     if trouble := fingerprint_trouble(model):
         pairing = pairing.noting(trouble)
     return _from_simulator(SISTER if sister else kind.value, model, pairing)
 
 
-def _from_days(kind: Kind, model: Model | None, pairing: Pairing) -> Expected:
+def _from_days(kind: ReferenceKind, model: Model | None, pairing: Pairing) -> Expected:
     sessions = [mean_session(pair, pairing.pressures) for pair in pairing.pairs]
     regulators, references = references_of(model, pairing.pairs, sessions)
     response = describe(pairing.pairs, references, pairing.p0_mpa, regulators)
@@ -189,7 +55,7 @@ def _from_days(kind: Kind, model: Model | None, pairing: Pairing) -> Expected:
     base = [
         _under_case(context, response) if pairing.pressures else context.reference.angle_deg for context in contexts
     ]
-    return Expected(kind, Kind.SESSION.value, pairing, contexts, response, tuple(base))
+    return Expected(kind, ReferenceKind.SESSION.value, pairing, contexts, response, tuple(base))
 
 
 def _from_fingerprint(model: Model, pairing: Pairing) -> Expected:
@@ -227,7 +93,7 @@ def _from_fingerprint(model: Model, pairing: Pairing) -> Expected:
 def known_how(known: Fingerprint) -> tuple[str, float, float]:
     """How surely a fingerprint knows its rig: which levels, and by how much it misses pressures (MPa, rms) and angle
     (deg, rms) of the records that it was made from."""
-    levels = Kind.FINGERPRINT.value if any(map(any, known.corrections)) else UNCORRECTED
+    levels = ReferenceKind.FINGERPRINT.value if any(map(any, known.corrections)) else UNCORRECTED
     return levels, _missed_mpa(known), max(known.misfit_deg, known.left_out_deg or 0.0)
 
 
@@ -277,7 +143,9 @@ def from_response(response: ResponseModel, pairing: Pairing) -> Expected:
     base = [
         _under_case(context, response) if pairing.pressures else context.reference.angle_deg for context in contexts
     ]
-    return Expected(Kind.FINGERPRINT, Kind.FINGERPRINT.value, pairing, contexts, response, tuple(base))
+    return Expected(
+        ReferenceKind.FINGERPRINT, ReferenceKind.FINGERPRINT.value, pairing, contexts, response, tuple(base)
+    )
 
 
 def _from_simulator(levels: str, model: Model, pairing: Pairing) -> Expected:
@@ -298,7 +166,7 @@ def _from_simulator(levels: str, model: Model, pairing: Pairing) -> Expected:
     check_direction([pair.case.angle_deg for pair in pairing.pairs], [said[2] for said in sessions], "the simulator's")
     lag_s, coarse = _unsure_lag_s(model, pairing)
     judged = replace(pairing, pressures=driven).noting(*coarse)
-    made = Expected(Kind.SIMULATOR, levels, judged, contexts, response, tuple(base))
+    made = Expected(ReferenceKind.SIMULATOR, levels, judged, contexts, response, tuple(base))
     other_zero = levels == SISTER and zero is not None
     return replace(
         made,
@@ -307,34 +175,6 @@ def _from_simulator(levels: str, model: Model, pairing: Pairing) -> Expected:
         unsure_lag_s=lag_s,
         other_zero=other_zero,
     )
-
-
-def read_right(expected: Expected, wrong: Misread) -> Expected:
-    """The same with the angle expected under the pressures less what their monitors misread."""
-    response = expected.response
-
-    def base(context: RecordContext, angle: Column) -> Column:
-        p1, p2, dt_s = context.pair.case.p1_mpa, context.pair.case.p2_mpa, context.pair.dt_s
-        if p1 is None or p2 is None:
-            return angle
-        one, other = wrong.offset_mpa
-        return angle + response.angle(p1 - one, p2 - other, dt_s) - response.angle(p1, p2, dt_s)
-
-    return replace(expected, base=tuple(map(base, expected.contexts, expected.base)), misread=wrong)
-
-
-def as_referred(expected: Expected) -> Expected:
-    """The same as if both pressures were the reference's, whatever the monitors read, and the joint moved by those."""
-    contexts = [_with_reference_pressures(context) for context in expected.contexts]
-    pairing = replace(expected.pairing, pairs=[context.pair for context in contexts])
-    base = tuple(context.reference.angle_deg for context in contexts)
-    return replace(expected, pairing=pairing, contexts=contexts, base=base)
-
-
-def _with_reference_pressures(context: RecordContext) -> RecordContext:
-    pair, reference = context.pair, context.reference
-    case = replace(pair.case, p1_mpa=reference.p1_mpa, p2_mpa=reference.p2_mpa)
-    return replace(context, pair=replace(pair, case=case))
 
 
 def _followed(model: Model, pairing: Pairing) -> tuple[Pairing, list[Modelled]]:
@@ -377,8 +217,3 @@ def _simulated(model: Model, context: RecordContext, response: ResponseModel) ->
     )
     off = rms_of([pair.case.angle_deg - angle], [pair]) > RUNS_OFF * moves
     return _under_case(context, response) if off else angle
-
-
-def rms_of(columns: Sequence[Column], pairs: Sequence[Pair]) -> float:
-    """Rms of columns (n,), one a pair, in their unit, over the rows that were measured."""
-    return rms(np.concatenate(columns), np.concatenate([pair.used for pair in pairs]))

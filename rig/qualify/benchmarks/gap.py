@@ -188,7 +188,8 @@ def _held_out(data: dict[str, Any], pressures: bool) -> dict[str, Any]:
     from rig.blind_check.statistics import CLOSE
     from rig.gap.diagnosis import diagnose_with_grounds
     from rig.gap.records.pairs import pair_up
-    from rig.gap.reference.build import commanded_gaps, expect, rms_of
+    from rig.gap.reference.build import expect
+    from rig.gap.reference.gaps import commanded_gaps, rms_of
 
     closed: list[float] = []
     near: list[bool] = []

@@ -7,7 +7,7 @@ from rig.blind_check.source import records_of
 from rig.gap.evidence.posterior import Posterior
 from rig.gap.pipeline import weigh
 from rig.gap.question import Question
-from rig.gap.reference.build import Kind
+from rig.gap.reference.kinds import ReferenceKind
 
 RIVALS = (
     *("inertia", "viscous_friction", "coulomb_friction", "stiffness", "creep", "sensor_gain", "sensor_lag"),
@@ -23,4 +23,4 @@ def weighed() -> tuple[Posterior, ...]:
     bench = bench_of(case)
     days = [records_of(day) for day in bench.baselines[:3]]
     records = records_of(realise(case, bench).records)
-    return weigh(Question(None, records, days, Kind.SESSIONS, library=RIVALS))[2]
+    return weigh(Question(None, records, days, ReferenceKind.SESSIONS, library=RIVALS))[2]

@@ -5,7 +5,7 @@ from typing import Any
 
 from rig.gap.answer.facts import Evidence, Gap, Judged, RecordGap, Verdict, Where
 from rig.gap.answer.result import Cause, Diagnosis, Interval
-from rig.gap.reference.build import Kind
+from rig.gap.reference.kinds import ReferenceKind
 
 GAP = Gap(0.751, 0.1, 7.5, 0.98, 0.0804, 0.0711, 0.0893, "simulator", 0.751)
 
@@ -21,7 +21,7 @@ def told(*causes: Cause, verdict: str = "explained", reference: str = "simulator
     where = Where(causes[0].stage if causes else None, {"valve": 0.9, "downstream": 0.1})
     made = replace(GAP, **gap)
     seen = judged("pressures", True)
-    return Diagnosis(Verdict(verdict), 0.9, made, where, causes, [], evidence=seen, reference=Kind(reference))
+    return Diagnosis(Verdict(verdict), 0.9, made, where, causes, [], evidence=seen, reference=ReferenceKind(reference))
 
 
 def judged(factor: str, found: bool) -> Evidence:

@@ -22,7 +22,9 @@ from rig.gap.hypotheses.fit import Fit, fit_effect
 from rig.gap.hypotheses.inverse_problems import angle_problem, pressure_problem
 from rig.gap.hypotheses.library import LIBRARY
 from rig.gap.records.pairs import pair_up
-from rig.gap.reference.build import Expected, Kind, expect
+from rig.gap.reference.build import expect
+from rig.gap.reference.expected import Expected
+from rig.gap.reference.kinds import ReferenceKind
 from rig.gap.response.causes import Applied, ready
 from rig.gap.response.lateness import IN_TIME, Lateness, delayed, displaced
 from rig.gap.response.propagate import Course, late, pressures_with
@@ -102,7 +104,7 @@ def louder(record: Record, gain: float) -> Record:
 
 
 def expected(first: Sequence[Record], second: Sequence[Record], pressures: bool) -> Expected:
-    return expect(Kind.SESSION, False, None, pair_up(second, [first], 0.2, pressures=pressures))
+    return expect(ReferenceKind.SESSION, False, None, pair_up(second, [first], 0.2, pressures=pressures))
 
 
 def found(effect: str, said: Expected) -> tuple[float, float]:

@@ -23,7 +23,7 @@ from rig.gap.pipeline import Grounds
 from rig.gap.plan.candidates import lasting_s
 from rig.gap.plan.experiment import Experiment
 from rig.gap.plan.next_experiment import what_next
-from rig.gap.reference.build import because, choose
+from rig.gap.reference.kinds import because, choose
 from rig.gap.settings import CREDIBLE
 from rig.log.reader import read
 from rig.model.parameters import Model, load_model

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from rig.app import shipped
 from rig.app.gap.hunt.folder import MODEL_TEXT
-from rig.gap.reference.build import AUTO
+from rig.gap.reference.kinds import AUTO
 from rig.record import Record
 from rig.rig_config import RigConfig
 from rig.service.client import Client

@@ -17,7 +17,7 @@ from rig.gap.answer.facts import RAW
 from rig.gap.answer.how_far.prediction_interval import Shrunk, fit_spread
 from rig.gap.answer.how_far.size_intervals import NamedSize, deviation_of, fit_reach, reference_of
 from rig.gap.hypotheses.library import LIBRARY
-from rig.gap.reference.kinds import Kind
+from rig.gap.reference.kinds import ReferenceKind
 from rig.gap.settings import Fitted, Prior, Reach
 
 LEAST_CASES = 20
@@ -57,7 +57,7 @@ def _sizes(levels: Fitted, folder: CheckFolder, left_out: Sequence[str]) -> Iter
     answers must be by these `levels`."""
     for token, row, diagnosis in _answers(folder, left_out):
         facts = facts_of(read_truth(folder.truth(token))[0]).effects
-        reference = reference_of(Kind(diagnosis["reference"]))
+        reference = reference_of(ReferenceKind(diagnosis["reference"]))
         for cause in diagnosis["causes"]:
             fact = facts.get(cause["effect"])
             one = None if fact is None else _sized(cause, fact, levels.reach_of(reference), levels.prior)

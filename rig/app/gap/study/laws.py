@@ -20,7 +20,9 @@ from rig.gap.hypotheses.fit import Fit, fit_effect
 from rig.gap.hypotheses.inverse_problems import InverseProblem, angle_problem, pressure_problem
 from rig.gap.hypotheses.library import LIBRARY, Effect
 from rig.gap.records.pairs import pair_up
-from rig.gap.reference.build import Expected, Kind, expect
+from rig.gap.reference.build import expect
+from rig.gap.reference.expected import Expected
+from rig.gap.reference.kinds import ReferenceKind
 from rig.gap.settings import MOST_ROUGH, Fitted, fitted
 from rig.parallel import executor
 from rig.record import Column, Record
@@ -97,7 +99,7 @@ def of_rig(number: int, case: Case, effects: Collection[str] = LIBRARY.keys()) -
             if not REACHED * ratio <= made.ratio_angle <= ratio / REACHED:
                 continue
             pairing = pair_up(records_of(made.records), [healthy], p0_mpa)
-            share = _left(LIBRARY[name], expect(Kind.SESSION, False, None, pairing), settings)
+            share = _left(LIBRARY[name], expect(ReferenceKind.SESSION, False, None, pairing), settings)
             found += [] if share is None else [LawError(case.family, name, share)]
     return found
 

@@ -12,12 +12,13 @@ from rig.blind_check.folder import CheckFolder
 from rig.errors import RecordError
 from rig.gap.hypotheses.library import LIBRARY, NONE, UNKNOWN
 from rig.gap.prior_fitting.odds import EVERY_ODDS, FactorTruth, Judgement, fit_odds, log_likelihood
-from rig.gap.reference.build import UNCORRECTED, Kind
+from rig.gap.reference.expected import UNCORRECTED
+from rig.gap.reference.kinds import ReferenceKind
 from rig.gap.settings import Fitted, Odds
 
 LEAST_FACTORS = 60
 """Fewer tell nothing of odds that lie some nats apart."""
-SAME = {Kind.SESSION.value: Kind.SESSIONS.value, UNCORRECTED: Kind.FINGERPRINT.value}
+SAME = {ReferenceKind.SESSION.value: ReferenceKind.SESSIONS.value, UNCORRECTED: ReferenceKind.FINGERPRINT.value}
 """References by whose answers the odds of another are fitted too."""
 
 

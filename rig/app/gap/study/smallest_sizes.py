@@ -27,7 +27,8 @@ from rig.gap.plan.capability import capability
 from rig.gap.plan.rehearse import rehearse
 from rig.gap.plan.settings import CHANCE
 from rig.gap.records.pairs import pair_up
-from rig.gap.reference.build import Kind, expect
+from rig.gap.reference.build import expect
+from rig.gap.reference.kinds import ReferenceKind
 from rig.gap.settings import fitted
 from rig.model.parameters import Model
 from rig.parallel import each, executor
@@ -78,8 +79,8 @@ def of_unit(rig: tuple[str, int, str]) -> list[SizesFound]:
     name, number, reference = rig
     days = _Days(name, number)
     healthy = days.recorded({}, 0)
-    model, kind = nominal_model(healthy, P0_MPA), Kind(reference)
-    before = [healthy] if kind is Kind.SESSION else []
+    model, kind = nominal_model(healthy, P0_MPA), ReferenceKind(reference)
+    before = [healthy] if kind is ReferenceKind.SESSION else []
     described = known_of(model, before, reference)
     plans = expand(load_sweep(find_config(DEFAULT_SWEEP, "sweeps")), described.grid_ns)
     made = capability(rehearse(described, plans), list(LIBRARY.values()), fitted())
@@ -116,7 +117,7 @@ class _Days:
         )
 
 
-def detected(model: Model, records: Sequence[Record], days: Sequence[Sequence[Record]], kind: Kind) -> bool:
+def detected(model: Model, records: Sequence[Record], days: Sequence[Sequence[Record]], kind: ReferenceKind) -> bool:
     """Whether something is found on either factor."""
     pairing = pair_up(records, days, model.p0_mpa)
     expected, settings = expect(kind, False, model, pairing), fitted()

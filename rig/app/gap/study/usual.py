@@ -18,7 +18,9 @@ from rig.gap.hypotheses.inverse_problems import angle_problem, pressure_problem
 from rig.gap.hypotheses.library import NONE, chosen
 from rig.gap.prior_fitting.usual_sizes import Factors, Shown, fit_usual
 from rig.gap.records.pairs import pair_up
-from rig.gap.reference.build import SISTER, Kind, expect
+from rig.gap.reference.build import expect
+from rig.gap.reference.expected import SISTER
+from rig.gap.reference.kinds import ReferenceKind
 from rig.gap.reference.own_days import pressure_days
 from rig.gap.settings import Fitted, UsualSizes
 from rig.model.parameters import Model
@@ -27,7 +29,7 @@ from rig.record import Record
 
 DAYS = (1, 4)
 """Healthy days after the first, on which the unit is identified."""
-REFERENCES = (Kind.SIMULATOR.value, SISTER)
+REFERENCES = (ReferenceKind.SIMULATOR.value, SISTER)
 """Beside which it is usual."""
 
 
@@ -64,7 +66,7 @@ def _of_rig(case: Case, settings: Fitted) -> list[Factors]:
 
 def _shown(model: Model, day: Sequence[Record], settings: Fitted) -> Factors:
     effects = [effect for effect in chosen(None) if not effect.signature]
-    expected = expect(Kind.SIMULATOR, False, model, pair_up(day, [], model.p0_mpa))
+    expected = expect(ReferenceKind.SIMULATOR, False, model, pair_up(day, [], model.p0_mpa))
     ahead = judge(effects, pressure_problem(expected, settings))
     read = expected_given(ahead, NONE, expected, pressure_days(expected.contexts), settings)
     return _each(ahead), _each(judge(effects, angle_problem(read, settings)))

@@ -13,7 +13,8 @@ import numpy as np
 from rig.errors import RigError
 from rig.gap.answer.result import Diagnosis
 from rig.gap.answer.settings import MEAN_EXPONENTS, MEAN_MOVED
-from rig.gap.reference.build import Expected, commanded_gaps, from_own_zeros
+from rig.gap.reference.expected import Expected
+from rig.gap.reference.gaps import commanded_gaps, from_own_zeros
 from rig.gap.response.causes import Applied, full_numbers
 from rig.identify.response.descent import square_sum
 from rig.model.parameters import AddedEffect, Model

@@ -15,7 +15,8 @@ from rig.gap.answer.facts import ParameterMove, Retuning
 from rig.gap.answer.how_far.halves import in_halves
 from rig.gap.answer.settings import ALIKE, COLOUR_S, LEAST_MOVE, PLAIN, USEFUL, WIDE
 from rig.gap.records.pairs import Pair
-from rig.gap.reference.build import Expected, without_mean
+from rig.gap.reference.expected import Expected
+from rig.gap.reference.gaps import without_mean
 from rig.gap.reference.simulated import at_rest
 from rig.identify.provenance import FITTED_AGAIN
 from rig.identify.response.descent import Descent, descend, square_sum

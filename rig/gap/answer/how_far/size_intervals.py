@@ -17,7 +17,7 @@ from rig.gap.answer.result import Interval
 from rig.gap.hypotheses.fit import Fit
 from rig.gap.hypotheses.library import FREE_JOINT
 from rig.gap.plan.next_experiment import spreads
-from rig.gap.reference.kinds import Kind
+from rig.gap.reference.kinds import ReferenceKind
 from rig.gap.settings import Reach
 from rig.model.effect_stages import EFFECT_STAGES
 from rig.record import Column
@@ -42,9 +42,9 @@ class NamedSize:
     """Of plants."""
 
 
-def reference_of(kind: Kind) -> str:
+def reference_of(kind: ReferenceKind) -> str:
     """Which of the fitted reaches holds beside a reference."""
-    return "simulated" if kind is Kind.SIMULATOR else "described"
+    return "simulated" if kind is ReferenceKind.SIMULATOR else "described"
 
 
 def intervals(fit: Fit, reach: Reach) -> dict[str, Interval]:

@@ -3,7 +3,7 @@
 from rig.gap.answer.facts import SIGNATURE
 from rig.gap.answer.result import Cause, Diagnosis
 from rig.gap.answer.words.sizes import degrees
-from rig.gap.reference.kinds import Kind
+from rig.gap.reference.kinds import ReferenceKind
 
 SOURCES = {
     "sessions": "what the earlier days differ by",
@@ -22,7 +22,7 @@ FEW = 4
 def from_model(diagnosis: Diagnosis) -> bool:
     """The records are compared with what a model says, and not with what the rig answered on another day, be it the one
     that a fingerprint keeps."""
-    kept = diagnosis.reference is Kind.FINGERPRINT and diagnosis.evidence.sessions > 0
+    kept = diagnosis.reference is ReferenceKind.FINGERPRINT and diagnosis.evidence.sessions > 0
     return not diagnosis.reference.by_days and not kept
 
 
@@ -30,15 +30,19 @@ def than(diagnosis: Diagnosis) -> str:
     """The end of a comparison: "than ..."."""
     if from_model(diagnosis):
         return "than the simulator says"
-    if diagnosis.reference is Kind.FINGERPRINT:
+    if diagnosis.reference is ReferenceKind.FINGERPRINT:
         return "than when the model was identified"
-    return "than on the earlier days" if diagnosis.reference is Kind.SESSIONS else "than on the earlier day"
+    return "than on the earlier days" if diagnosis.reference is ReferenceKind.SESSIONS else "than on the earlier day"
 
 
 def before(diagnosis: Diagnosis, cause: Cause) -> str:
     """That it was not so before; of what the samples show beside a fingerprint, which keeps their noise and nothing
     else of them, that nobody knows."""
-    if diagnosis.reference is Kind.FINGERPRINT and cause.judged_on == SIGNATURE and cause.effect not in _AS_NOISE:
+    if (
+        diagnosis.reference is ReferenceKind.FINGERPRINT
+        and cause.judged_on == SIGNATURE
+        and cause.effect not in _AS_NOISE
+    ):
         return "whether that was so when the model was identified, its file does not say"
     return f"that was not so {than(diagnosis).removeprefix('than ')}"
 
@@ -47,9 +51,9 @@ def error(diagnosis: Diagnosis) -> str:
     """What the gap is called, by what it is compared with."""
     if from_model(diagnosis):
         return "the simulator's error"
-    if diagnosis.reference is Kind.FINGERPRINT:
+    if diagnosis.reference is ReferenceKind.FINGERPRINT:
         return "the difference from what the rig answered then"
-    return f"the difference from the earlier day{'s' if diagnosis.reference is Kind.SESSIONS else ''}"
+    return f"the difference from the earlier day{'s' if diagnosis.reference is ReferenceKind.SESSIONS else ''}"
 
 
 def no_effect(diagnosis: Diagnosis) -> str:
@@ -61,12 +65,12 @@ def no_effect(diagnosis: Diagnosis) -> str:
 def reference(diagnosis: Diagnosis) -> str:
     """What it is compared with and why, how far off the angle is, and how far is usual."""
     name = {
-        Kind.SESSIONS: "the earlier days",
-        Kind.SESSION: "the one earlier day",
-        Kind.FINGERPRINT: "the description of the rig in the model file (its fingerprint)",
-        Kind.SIMULATOR: "the simulator itself",
+        ReferenceKind.SESSIONS: "the earlier days",
+        ReferenceKind.SESSION: "the one earlier day",
+        ReferenceKind.FINGERPRINT: "the description of the rig in the model file (its fingerprint)",
+        ReferenceKind.SIMULATOR: "the simulator itself",
     }[diagnosis.reference]
-    if diagnosis.reference is Kind.FINGERPRINT and diagnosis.evidence.sessions:
+    if diagnosis.reference is ReferenceKind.FINGERPRINT and diagnosis.evidence.sessions:
         name = (
             "what the rig answered to these sweeps when the model was identified (the fingerprint in its file keeps it)"
         )

@@ -3,7 +3,7 @@
 from rig.gap.answer.result import Diagnosis
 from rig.gap.answer.words.effects import EFFECT_WORDS, noun_of
 from rig.gap.plan.experiment import Experiment
-from rig.gap.reference.kinds import Kind
+from rig.gap.reference.kinds import ReferenceKind
 
 
 def what_to_record(diagnosis: Diagnosis, experiment: Experiment) -> str:
@@ -24,6 +24,6 @@ def why_no_next(diagnosis: Diagnosis) -> str:
     if not alike:
         return "these records leave no effects that a sweep would tell apart"
     sentence = f"no sweep as large as these records is known that would tell {' and '.join(map(noun_of, alike))} apart"
-    if diagnosis.reference is Kind.SESSIONS:
+    if diagnosis.reference is ReferenceKind.SESSIONS:
         return sentence
     return f"{sentence}; several earlier days (each with --baseline DAY) may make one possible"

@@ -7,7 +7,7 @@ from rig.gap.answer.words.effects import capital
 from rig.gap.answer.words.retuning import absorbed, moves
 from rig.gap.answer.words.sizes import degrees
 from rig.gap.raw_tests.signature import MONITOR
-from rig.gap.reference.kinds import Kind
+from rig.gap.reference.kinds import ReferenceKind
 from rig.gap.settings import ABOVE_FLOOR, FAR
 
 
@@ -30,7 +30,7 @@ def _nothing(diagnosis: Diagnosis) -> str:
     if gap.rms_deg > FAR * gap.floor_deg:
         return _far_and_nothing(diagnosis)
     if from_model(diagnosis):
-        described = diagnosis.reference is Kind.FINGERPRINT
+        described = diagnosis.reference is ReferenceKind.FINGERPRINT
         who = "The description of the rig in the model file" if described else "The simulator"
         start = f"{who} says what these records show"
         rest = f"it is {size_of} deg off (rms), and {usual} deg is {SOURCES[gap.floor_source]}."

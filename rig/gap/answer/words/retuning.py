@@ -11,7 +11,7 @@ from rig.gap.answer.words.causes import in_pressures
 from rig.gap.answer.words.compared import FEW
 from rig.gap.answer.words.effects import capital, noun_of
 from rig.gap.answer.words.sizes import degrees, percent, size
-from rig.gap.reference.kinds import Kind
+from rig.gap.reference.kinds import ReferenceKind
 
 MOST_MOVES = 4
 """Moves that one sentence lists."""
@@ -113,11 +113,11 @@ def what_retuning_closes(diagnosis: Diagnosis) -> str:
     return f"{sentence} {_beyond(diagnosis, tuning)}".rstrip()
 
 
-def _closes(tuning: Retuning, reference: Kind) -> str:
+def _closes(tuning: Retuning, reference: ReferenceKind) -> str:
     """How far the simulator's error falls, without a full stop."""
     before, after = degrees(tuning.before_deg), degrees(tuning.after_deg)
     # the gap is measured against the fingerprint, re-tuning against the parameters without it
-    described = reference is Kind.FINGERPRINT
+    described = reference is ReferenceKind.FINGERPRINT
     whose = "the error of its parameters alone (without the fingerprint)" if described else "its error"
     if tuning.closes_fraction <= 0.0:
         return f"fitting the simulator's own parameters again would not bring {whose} down, {before} deg"

@@ -17,7 +17,7 @@ from rig.gap.answer.words.retuning import absorbed, what_retuning_closes
 from rig.gap.answer.words.sizes import degrees, percent
 from rig.gap.answer.words.stages import where_it_lies
 from rig.gap.answer.words.sureness import how_sure, likelier
-from rig.gap.reference.kinds import Kind
+from rig.gap.reference.kinds import ReferenceKind
 from rig.gap.settings import EVEN_CHANCE, FAR
 
 
@@ -25,7 +25,7 @@ def answers(diagnosis: Diagnosis) -> dict[str, str]:
     """Question -> answer: what it is, what doubts all of it, how far, re-tuning, what stays, what to look at; then
     where and how sure."""
     found = diagnosis.verdict is not Verdict.NONE
-    of_the_simulator = diagnosis.reference is Kind.SIMULATOR or absorbed(diagnosis)
+    of_the_simulator = diagnosis.reference is ReferenceKind.SIMULATOR or absorbed(diagnosis)
     stays = bool(diagnosis.named) or diagnosis.verdict is Verdict.UNKNOWN
     planned = diagnosis.next_experiment
     questions = {

@@ -12,7 +12,7 @@ from rig.app.gap.diagnosis_options import DiagnosisOptions
 from rig.gap.answer.facts import Evidence, Gap, Judged, Verdict, Where
 from rig.gap.answer.result import Cause, Diagnosis
 from rig.gap.plan.experiment import Experiment
-from rig.gap.reference.kinds import Kind
+from rig.gap.reference.kinds import ReferenceKind
 
 
 def diagnosis(effect: str | None = None, next_experiment: Experiment | None = None) -> Diagnosis:
@@ -49,22 +49,22 @@ def test_one_case_has_no_overview(tmp_path: Path) -> None:
     ("reference", "names", "said", "days"),
     [
         (
-            Kind.SIMULATOR,
+            ReferenceKind.SIMULATOR,
             ("delay", "valve_lag"),
             "would tell a dead time (delay) and slower or quicker regulators",
             True,
         ),
         (
-            Kind.SESSIONS,
+            ReferenceKind.SESSIONS,
             ("delay", "valve_lag"),
             "would tell a dead time (delay) and slower or quicker regulators",
             False,
         ),
-        (Kind.SIMULATOR, ("delay", "unknown"), "no effects that a sweep would tell apart", False),
+        (ReferenceKind.SIMULATOR, ("delay", "unknown"), "no effects that a sweep would tell apart", False),
     ],
 )
 def test_why_there_is_no_next_experiment_and_what_would_make_one_possible(
-    tmp_path: Path, reference: Kind, names: tuple[str, ...], said: str, days: bool
+    tmp_path: Path, reference: ReferenceKind, names: tuple[str, ...], said: str, days: bool
 ) -> None:
     seen = Evidence({"pressures": Judged(0.1, 0.01, "MPa", True, {}, names, 0.0, {})})
     (line,) = without_next(options(tmp_path), {None: replace(diagnosis("delay"), evidence=seen, reference=reference)})

@@ -9,7 +9,7 @@ from support.plants.gap_rigs import baselines, model, session
 from rig.gap.answer.how_far.augment import beside_pressures, remaining_gap
 from rig.gap.diagnosis import diagnose_with_grounds
 from rig.gap.pipeline import Grounds
-from rig.gap.reference.build import rms_of
+from rig.gap.reference.gaps import rms_of
 from rig.gap.response.causes import Applied
 from rig.model.parameters import AddedEffect
 

@@ -7,7 +7,7 @@ import pytest
 from rig.gap.answer.consistency import contradictions
 from rig.gap.answer.facts import Evidence, Gap, Judged, RecordGap, Verdict, Where
 from rig.gap.answer.result import Cause, Diagnosis, Interval
-from rig.gap.reference.build import Kind
+from rig.gap.reference.kinds import ReferenceKind
 
 GAP = Gap(0.751, 0.1, 7.5, 0.98, 0.0804, 0.0711, 0.0893, "simulator", 0.751)
 LAG = Cause(
@@ -26,7 +26,7 @@ def judged(found: bool, floors: float = 2.0) -> Evidence:
 
 SOUND = Diagnosis(
     Verdict.EXPLAINED, 0.9, GAP, Where("valve", {"valve": 0.9}), (LAG,), [], evidence=judged(True),
-    reference=Kind.SIMULATOR,
+    reference=ReferenceKind.SIMULATOR,
 )  # fmt: skip
 NONE = replace(SOUND, verdict=Verdict.NONE, causes=(), gap=replace(GAP, rms_deg=0.2), where=Where(None))
 

@@ -14,7 +14,8 @@ from rig.gap.answer.settings import LEAST_SHARE
 from rig.gap.answer.words.sentences import answers, headline
 from rig.gap.raw_tests.signature import Signature, Size
 from rig.gap.records.pairs import pair_up
-from rig.gap.reference.build import Expected, Kind
+from rig.gap.reference.expected import Expected
+from rig.gap.reference.kinds import ReferenceKind
 from rig.model.effect_stages import EFFECT_STAGES
 from rig.model.parameters import AddedEffect
 from rig.record import Record
@@ -29,7 +30,7 @@ def signature(variance_deg2: float, effect: str | None = "quantisation") -> Sign
 
 def told(one: Signature, days: int, else_found: bool) -> JudgedSignatures:
     pairing = pair_up(session(90), [list(day) for day in baselines()[:days]], 0.2)
-    kind = Kind.SESSIONS if days else Kind.SIMULATOR
+    kind = ReferenceKind.SESSIONS if days else ReferenceKind.SIMULATOR
     expected = Expected(kind, kind.value, pairing, [], None, ())  # type: ignore[arg-type]
     return judged_signatures([one], expected, GAP_DEG, else_found)
 
@@ -58,7 +59,7 @@ def test_beside_records_without_raw_samples_a_small_mark_is_no_cause() -> None:
     """What a fingerprint keeps shows no steps: a signature stands for itself there, as without an earlier day."""
     pairing = pair_up(session(90), [list(baselines()[0])], 0.2)
     kept = replace(pairing, pairs=[replace(pair, raw_baselines=()) for pair in pairing.pairs])
-    expected = Expected(Kind.FINGERPRINT, "fingerprint", kept, [], None, ())  # type: ignore[arg-type]
+    expected = Expected(ReferenceKind.FINGERPRINT, "fingerprint", kept, [], None, ())  # type: ignore[arg-type]
     assert judged_signatures([signature(1e-6)], expected, GAP_DEG, False).causes == []
     assert len(judged_signatures([signature(1e-6)], replace(expected, pairing=pairing), GAP_DEG, False).causes) == 1
 

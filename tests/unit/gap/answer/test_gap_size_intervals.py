@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from rig.gap.answer.how_far.size_intervals import LEVEL, NamedSize, deviation_of, fit_reach, half_width, reference_of
-from rig.gap.reference.kinds import Kind
+from rig.gap.reference.kinds import ReferenceKind
 from rig.gap.settings import Reach, fitted
 
 POSITIVE = st.floats(1e-3, 1e3)
@@ -70,8 +70,8 @@ def test_what_was_not_fitted_has_no_width() -> None:
     assert half_width(1.0, 0.0, 0.1, Reach(1.0, 2.0)) == 0.0
 
 
-@pytest.mark.parametrize("kind", list(Kind))
-def test_every_reference_has_a_fitted_reach(kind: Kind) -> None:
+@pytest.mark.parametrize("kind", list(ReferenceKind))
+def test_every_reference_has_a_fitted_reach(kind: ReferenceKind) -> None:
     reach = fitted().reach_of(reference_of(kind))
     assert reach.cases >= 20
     assert half_width(1.0, 0.02, 0.1, reach) > half_width(1.0, 0.02, 0.1, Reach())

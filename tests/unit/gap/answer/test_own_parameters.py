@@ -13,14 +13,14 @@ from rig.gap.answer.result import Diagnosis
 from rig.gap.answer.words.retuning import moves, parameter_words
 from rig.gap.answer.words.sentences import headline
 from rig.gap.records.pairs import pair_up
-from rig.gap.reference.build import Kind
+from rig.gap.reference.kinds import ReferenceKind
 from rig.model.parameters import KINDS, Model, load_model, save_model
 from rig.model.response.fingerprint_check import fingerprint_trouble
 
 ZERO = ParameterMove("sensor_offset_deg", 0.2, 6.1, 5.8, 6.4, "deg")
 
 
-def first_line(tuning: Retuning | None, rms_deg: float, reference: Kind = Kind.SIMULATOR) -> str:
+def first_line(tuning: Retuning | None, rms_deg: float, reference: ReferenceKind = ReferenceKind.SIMULATOR) -> str:
     gap = Gap(rms_deg, 3.0, rms_deg / 3.0, 0.0, rms_deg, rms_deg, rms_deg, "sister", rms_deg)
     factors = {"angle": Judged(rms_deg, 3.0, "deg", False, {}, [], 0.0, {})}
     evidence = Evidence(factors, records=[RecordGap(name, rms_deg, 3.0) for name in ("a", "b")])

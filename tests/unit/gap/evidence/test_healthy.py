@@ -10,7 +10,7 @@ from rig.gap.evidence.posterior import Posterior
 from rig.gap.hypotheses.library import NONE
 from rig.gap.pipeline import weigh
 from rig.gap.question import Question
-from rig.gap.reference.build import Kind
+from rig.gap.reference.kinds import ReferenceKind
 from rig.gap.settings import Fitted, fitted
 from rig.model.parameters import AddedEffect
 
@@ -27,7 +27,7 @@ def settings(healthy: float) -> Fitted:
 def weighed(healthy: float, *effects: AddedEffect) -> tuple[Posterior, ...]:
     days = [list(day) for day in baselines()]
     asked = Question(
-        model(), session(9, *effects), days, Kind.SESSIONS, library=FEW, settings=settings(healthy)
+        model(), session(9, *effects), days, ReferenceKind.SESSIONS, library=FEW, settings=settings(healthy)
     )  # fmt: skip
     return weigh(asked)[2]
 

@@ -14,7 +14,7 @@ from rig.gap.evidence.unknown import parts
 from rig.gap.hypotheses.library import UNKNOWN
 from rig.gap.pipeline import weigh
 from rig.gap.question import Question
-from rig.gap.reference.build import Kind
+from rig.gap.reference.kinds import ReferenceKind
 from rig.model.parameters import AddedEffect
 from rig.record import Record
 
@@ -44,7 +44,7 @@ def hunting(record: Record) -> Record:
 
 def judged(records: list[Record]) -> Posterior:
     days = [list(day) for day in baselines()]
-    return weigh(Question(model(), records, days, Kind.SESSIONS, library=FEW))[2][-1]
+    return weigh(Question(model(), records, days, ReferenceKind.SESSIONS, library=FEW))[2][-1]
 
 
 def test_what_explains_nothing_of_something_unknown_has_none_of_its_mass() -> None:

@@ -14,15 +14,16 @@ from rig.gap.hypotheses.inverse_problems import pressure_forward
 from rig.gap.hypotheses.library import UNKNOWN
 from rig.gap.pipeline import Grounds
 from rig.gap.records.pairs import pair_up
-from rig.gap.reference.build import Kind, expect
+from rig.gap.reference.build import expect
+from rig.gap.reference.kinds import ReferenceKind
 from rig.gap.response.causes import Applied, ready
 from rig.gap.settings import BuildSpread, fitted
 from rig.record import Column, Record
 
 
-def forward(records: Sequence[Record], kind: Kind = Kind.SIMULATOR) -> ForwardModel:
+def forward(records: Sequence[Record], kind: ReferenceKind = ReferenceKind.SIMULATOR) -> ForwardModel:
     """The pressures of these records against what the simulator expects."""
-    days = [] if kind is Kind.SIMULATOR else [session(80)]
+    days = [] if kind is ReferenceKind.SIMULATOR else [session(80)]
     return pressure_forward(expect(kind, True, model(), pair_up(records, days, model().p0_mpa)), fitted())
 
 
@@ -70,7 +71,7 @@ def test_a_sisters_regulators_leave_nothing_once_they_are_taken_anew(times: floa
 
 
 def test_earlier_days_know_their_regulators() -> None:
-    assert forward(session(84), Kind.SESSION).unsure is None
+    assert forward(session(84), ReferenceKind.SESSION).unsure is None
 
 
 def by_flow(set_point: Column, seed: int) -> Column:

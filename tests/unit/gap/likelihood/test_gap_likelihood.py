@@ -15,7 +15,7 @@ from rig.gap.answer.chain import STAGES, chain
 from rig.gap.answer.result import Cause
 from rig.gap.likelihood.gaussian import Gaussian
 from rig.gap.likelihood.lines import lines_of
-from rig.gap.reference.build import AUTO, Kind, because, choose
+from rig.gap.reference.kinds import AUTO, ReferenceKind, because, choose
 from rig.model.parameters import load_model, save_model
 from rig.record import Column
 
@@ -126,11 +126,11 @@ def test_the_power_is_kept_when_it_is_blurred() -> None:
 
 def test_the_reference_is_the_best_there_is() -> None:
     model = load_model(MODEL)
-    assert choose(AUTO, model, 3) is Kind.SESSIONS
-    assert choose(AUTO, model, 1) is Kind.SESSION
-    assert choose(AUTO, model, 0) is Kind.SIMULATOR
-    assert choose("simulator", model, 3) is Kind.SIMULATOR
-    assert choose("session", model, 3) is Kind.SESSION
+    assert choose(AUTO, model, 3) is ReferenceKind.SESSIONS
+    assert choose(AUTO, model, 1) is ReferenceKind.SESSION
+    assert choose(AUTO, model, 0) is ReferenceKind.SIMULATOR
+    assert choose("simulator", model, 3) is ReferenceKind.SIMULATOR
+    assert choose("session", model, 3) is ReferenceKind.SESSION
 
 
 @pytest.mark.parametrize(
@@ -144,10 +144,10 @@ def test_a_reference_that_cannot_be_had_is_said(asked: str, sessions: int, words
 
 def test_how_the_reference_was_chosen_is_said() -> None:
     model = load_model(MODEL)
-    assert because(AUTO, Kind.SESSION, model, 1) == "because 1 was given by --baseline"
-    assert because(AUTO, Kind.SESSIONS, model, 4) == "because 4 were given by --baseline"
-    assert "no earlier day was given" in because(AUTO, Kind.SIMULATOR, model, 0)
-    assert because("simulator", Kind.SIMULATOR, model, 2).startswith("as --reference simulator asks")
+    assert because(AUTO, ReferenceKind.SESSION, model, 1) == "because 1 was given by --baseline"
+    assert because(AUTO, ReferenceKind.SESSIONS, model, 4) == "because 4 were given by --baseline"
+    assert "no earlier day was given" in because(AUTO, ReferenceKind.SIMULATOR, model, 0)
+    assert because("simulator", ReferenceKind.SIMULATOR, model, 2).startswith("as --reference simulator asks")
 
 
 def test_a_model_without_its_logs_is_one_clear_line(tmp_path: Path) -> None:

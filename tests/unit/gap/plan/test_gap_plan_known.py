@@ -26,7 +26,8 @@ from rig.gap.plan.next_experiment import Hypothesis, next_experiment
 from rig.gap.plan.raw_ability import RAW, STEP, raw_abilities, smallest
 from rig.gap.plan.rehearse import RehearsedRig, factors_of, known_rig, rehearse
 from rig.gap.records.pairs import pair_up
-from rig.gap.reference.build import Kind, expect, known_how
+from rig.gap.reference.build import expect, known_how
+from rig.gap.reference.kinds import ReferenceKind
 from rig.gap.response.causes import Applied
 from rig.gap.settings import SESSION_S, fitted
 from rig.identify.response.fingerprint import fingerprint_of
@@ -75,12 +76,14 @@ def test_what_one_record_alone_may_take_needs_no_place_among_the_patterns_of_all
 
 def test_what_is_planned_after_an_earlier_day_is_judged_by_a_fingerprint_of_it() -> None:
     pairing = pair_up(session(2), [session(1)], 0.2)
-    expected = expect(Kind.SESSION, False, model(), pairing)
+    expected = expect(ReferenceKind.SESSION, False, model(), pairing)
     rig = known_rig(expected)
-    assert (rig.kind, rig.levels) == (Kind.FINGERPRINT, "fingerprint")
+    assert (rig.kind, rig.levels) == (ReferenceKind.FINGERPRINT, "fingerprint")
     assert rig.missed_deg > 0.0
     alone = pair_up(session(2), [], 0.2)
-    by_fingerprint = replace(expected, kind=Kind.FINGERPRINT, pairing=alone, levels="fingerprint", missed_deg=0.25)
+    by_fingerprint = replace(
+        expected, kind=ReferenceKind.FINGERPRINT, pairing=alone, levels="fingerprint", missed_deg=0.25
+    )
     assert known_rig(by_fingerprint).missed_deg == 0.25
 
 
@@ -89,7 +92,7 @@ def test_raw_effects_are_seen_from_smaller_sizes_beside_an_earlier_day() -> None
     commands = [replace(record, angle_deg=None, p1_mpa=None, p2_mpa=None) for record in session(1)[:1]]
     alone, beside = (
         {one.effect: one for one in raw_abilities(model(), commands, 0.02, effects, kind, fitted().noise)}
-        for kind in (Kind.SIMULATOR, Kind.SESSION)
+        for kind in (ReferenceKind.SIMULATOR, ReferenceKind.SESSION)
     )
     assert alone["sensor_noise"].detectable is not None
     assert alone["sensor_noise"].detectable > 3.0 * (beside["sensor_noise"].detectable or np.inf)

@@ -21,7 +21,7 @@ from rig.gap.hypotheses.library import NONE, UNKNOWN
 from rig.gap.pipeline import answer, weigh
 from rig.gap.prior_fitting.temperature import NamedFactor, fit_temperature, log_likelihood
 from rig.gap.question import Question
-from rig.gap.reference.build import Kind
+from rig.gap.reference.kinds import ReferenceKind
 from rig.gap.settings import CREDIBLE, Fitted, fitted
 from rig.model.parameters import AddedEffect
 
@@ -73,7 +73,7 @@ def at(temperature: float) -> Fitted:
 
 def asked(settings: Fitted) -> Question:
     records = session(93, AddedEffect("gravity_load", {"load_deg": 3.0, "phase_deg": 45.0}))
-    return Question(model(), records, [list(day) for day in baselines()], Kind.SESSIONS, settings=settings)
+    return Question(model(), records, [list(day) for day in baselines()], ReferenceKind.SESSIONS, settings=settings)
 
 
 def test_a_diagnosis_is_as_before_but_for_how_surely_it_tells_effects_apart() -> None:

@@ -22,7 +22,8 @@ from rig.gap.plan.capability import capability
 from rig.gap.prior_fitting.usual_sizes import Factors, Shown, fit_usual
 from rig.gap.question import Question
 from rig.gap.records.pairs import pair_up
-from rig.gap.reference.build import Kind, expect
+from rig.gap.reference.build import expect
+from rig.gap.reference.kinds import ReferenceKind
 from rig.gap.settings import Fitted, UsualSizes, fitted
 from rig.model.parameters import AddedEffect
 
@@ -42,7 +43,7 @@ def settings(usual: UsualSizes | None) -> Fitted:
 
 def pressures(usual: UsualSizes | None, *effects: AddedEffect) -> Sequence[Posterior]:
     """What competes on the pressures of a rig with these effects beside its own simulator."""
-    asked = Question(model(), session(61, *effects), [], Kind.SIMULATOR, library=FEW, settings=settings(usual))
+    asked = Question(model(), session(61, *effects), [], ReferenceKind.SIMULATOR, library=FEW, settings=settings(usual))
     return [one for one in weigh(asked)[2] if one.problem.name == "pressures"]
 
 
@@ -137,7 +138,7 @@ def test_where_no_healthy_rig_shows_anything_nothing_is_usual() -> None:
 
 def test_a_size_that_is_usual_is_none_that_a_rig_can_tell() -> None:
     """What `gap capability` says can be seen is no smaller than what is usual, and just as large where nothing is."""
-    expected = expect(Kind.SIMULATOR, False, model(), pair_up(session(61), [], model().p0_mpa))
+    expected = expect(ReferenceKind.SIMULATOR, False, model(), pair_up(session(61), [], model().p0_mpa))
     effects = [effect for effect in chosen(None) if effect.name in FEW]
 
     def detectable(usual: UsualSizes | None) -> dict[str, float | None]:

@@ -10,7 +10,7 @@ from rig.gap.diagnosis import diagnose_with_grounds
 from rig.gap.pipeline import Grounds, paired_anew
 from rig.gap.question import Question
 from rig.gap.records.pairs import pair_up
-from rig.gap.reference.kinds import Kind
+from rig.gap.reference.kinds import ReferenceKind
 from rig.record import Record
 
 
@@ -47,7 +47,7 @@ def test_a_repair_that_leaves_records_unusable_is_none(spoilt: int | None) -> No
         return replace(record, angle_deg=np.zeros(len(record)))
 
     of_case = [straight if spoilt in (k, None) else replace for k in range(len(pairing.pairs))]
-    question = Question(model(), records, days, Kind.SESSIONS, False, True, None)
+    question = Question(model(), records, days, ReferenceKind.SESSIONS, False, True, None)
     anew = paired_anew(question, pairing, of_case, [replace] * len(pairing.pairs))
     assert [pair.name for pair in anew.pairs] == [pair.name for pair in pairing.pairs]
     assert all(pair.case.angle_deg.any() for pair in anew.pairs)

@@ -8,17 +8,19 @@ from support.plants.gap_rigs import baselines, model, session
 
 from rig.gap.hypotheses.inverse_problems import parts_of_angle
 from rig.gap.records.pairs import pair_up
-from rig.gap.reference.build import Expected, Kind, expect
+from rig.gap.reference.build import expect
 from rig.gap.reference.expectation import Parts
+from rig.gap.reference.expected import Expected
+from rig.gap.reference.kinds import ReferenceKind
 from rig.gap.reference.patterns import ANGLE_PATTERNS, BANK, VISCOUS
 from rig.gap.settings import BuildSpread, fitted
 
 GAIN, LOOP = ANGLE_PATTERNS.index("gain"), ANGLE_PATTERNS.index("loop")
 
 
-@pytest.fixture(scope="module", params=[Kind.SESSION, Kind.SIMULATOR])
+@pytest.fixture(scope="module", params=[ReferenceKind.SESSION, ReferenceKind.SIMULATOR])
 def beside(request: pytest.FixtureRequest) -> Expected:
-    days = [list(baselines()[0])] if request.param is Kind.SESSION else []
+    days = [list(baselines()[0])] if request.param is ReferenceKind.SESSION else []
     return expect(request.param, False, model(), pair_up(session(40), days, model().p0_mpa))
 
 
@@ -58,7 +60,7 @@ def test_all_that_a_joint_rubbing_more_does_is_gain_and_loop(beside: Expected, p
 
 def test_all_that_more_viscous_friction_does_is_what_days_differ_in() -> None:
     paired = pair_up(session(40), [list(baselines()[0])], model().p0_mpa)
-    expected = expect(Kind.SESSION, False, model(), paired)
+    expected = expect(ReferenceKind.SESSION, False, model(), paired)
     parts, response, less = parts_of_angle(expected)[0], expected.response, []
     slower = replace(response, balance=replace(response.balance, viscous_s=response.balance.viscous_s + 2e-3))
     for context, base in zip(expected.contexts, expected.base, strict=True):
@@ -80,13 +82,13 @@ def share_left(column: np.ndarray, patterns: np.ndarray) -> float:
 
 
 def test_a_simulators_viscous_friction_is_asked_for_and_not_doubted() -> None:
-    alone = expect(Kind.SIMULATOR, False, model(), pair_up(session(40), [], model().p0_mpa))
+    alone = expect(ReferenceKind.SIMULATOR, False, model(), pair_up(session(40), [], model().p0_mpa))
     assert VISCOUS not in parts_of_angle(alone)[0].names
     assert VISCOUS not in fitted().levels["simulator"].angle.patterns
 
 
 def test_on_another_build_what_may_differ_may_be_several_times_as_much() -> None:
-    parts = parts_of_angle(expect(Kind.SIMULATOR, True, model(), pair_up(session(40), [], model().p0_mpa)))[0]
+    parts = parts_of_angle(expect(ReferenceKind.SIMULATOR, True, model(), pair_up(session(40), [], model().p0_mpa)))[0]
     levels = fitted().levels["sister"].angle
     known = parts.factor(levels, fitted().prior)
     healthy, wider = known.healthy, known.of_any_build(BuildSpread(0.2, 4.0)).healthy

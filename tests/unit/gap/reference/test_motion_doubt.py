@@ -10,8 +10,10 @@ from hil.reference.cases import Purpose, bench_of, draw_sheet
 from rig.blind_check.source import records_of
 from rig.gap.hypotheses.library import NONE
 from rig.gap.records.pairs import pair_up
-from rig.gap.reference.build import Expected, Kind, expect
+from rig.gap.reference.build import expect
 from rig.gap.reference.expectation import motion_doubt
+from rig.gap.reference.expected import Expected
+from rig.gap.reference.kinds import ReferenceKind
 from rig.record import Column
 
 
@@ -20,7 +22,7 @@ def beside_a_day() -> Expected:
     """Two records of a healthy day beside another."""
     bench = bench_of(draw_sheet(Purpose.DEVELOPMENT, 909, 10, "mckibben")[0])
     first, second = (records_of(day)[:2] for day in bench.baselines[:2])
-    return expect(Kind.SESSION, False, None, pair_up(second, [first], bench.excitations[0].p0_mpa))
+    return expect(ReferenceKind.SESSION, False, None, pair_up(second, [first], bench.excitations[0].p0_mpa))
 
 
 def doubt(expected: Expected, deg: float) -> tuple[Column, Column]:

@@ -7,7 +7,8 @@ import pytest
 from conftest import ROOT
 
 from rig.errors import ConfigError
-from rig.gap.reference.build import Kind, because, choose, outside_fingerprint
+from rig.gap.reference.build import outside_fingerprint
+from rig.gap.reference.kinds import ReferenceKind, because, choose
 from rig.model.fingerprint import Fingerprint
 from rig.model.parameters import Model, load_model
 from rig.model.response.fingerprint_check import fingerprint_checksum
@@ -22,16 +23,16 @@ NEWER = replace(RIG, fingerprint=Fingerprint(version=4))
 @pytest.mark.parametrize(
     ("model", "days", "kind"),
     [
-        (STAMPED, 2, Kind.SESSIONS),
-        (STAMPED, 1, Kind.SESSION),
-        (STAMPED, 0, Kind.FINGERPRINT),
-        (RIG, 0, Kind.SIMULATOR),
-        (EDITED, 0, Kind.SIMULATOR),
-        (NEWER, 0, Kind.SIMULATOR),
-        (None, 1, Kind.SESSION),
+        (STAMPED, 2, ReferenceKind.SESSIONS),
+        (STAMPED, 1, ReferenceKind.SESSION),
+        (STAMPED, 0, ReferenceKind.FINGERPRINT),
+        (RIG, 0, ReferenceKind.SIMULATOR),
+        (EDITED, 0, ReferenceKind.SIMULATOR),
+        (NEWER, 0, ReferenceKind.SIMULATOR),
+        (None, 1, ReferenceKind.SESSION),
     ],
 )
-def test_the_best_there_is(model: Model | None, days: int, kind: Kind) -> None:
+def test_the_best_there_is(model: Model | None, days: int, kind: ReferenceKind) -> None:
     assert choose("auto", model, days) is kind
 
 
