@@ -14,14 +14,13 @@ from rig.channels import REST_MPA
 from rig.errors import RecordError
 from rig.gap.answer.assemble import assemble
 from rig.gap.answer.findings import Findings
-from rig.gap.answer.how_far.held_out import HowFar, how_far
 from rig.gap.answer.how_far.retuning import EffectChange, retune
 from rig.gap.answer.result import Diagnosis
 from rig.gap.both_factors import BothFactors
 from rig.gap.evidence.posterior import Posterior
-from rig.gap.hypotheses.fit import Fit
 from rig.gap.hypotheses.inverse_problems import PRESSURES
 from rig.gap.hypotheses.library import Effect, chosen
+from rig.gap.plan.next_experiment import what_next
 from rig.gap.question import Question
 from rig.gap.raw_tests.all_tests import read_signatures
 from rig.gap.raw_tests.converter_codes import ConverterCode, centred
@@ -69,22 +68,18 @@ def answer(question: Question) -> tuple[Diagnosis, Grounds]:
         refit = retune(simulator, expected.pairs, expected.driven, _effect_changes(expected, posteriors))
     grounds = Grounds(simulator, expected, posteriors)
 
-    def after(causes: Sequence[tuple[str, Fit]]) -> HowFar:
-        return how_far(causes, expected, simulator, settings)
-
-    retuning = None if refit is None else refit.retuning
     findings = Findings(
-        expected,
-        simulator,
-        posteriors,
-        signatures,
-        retuning,
-        settings,
-        missed,
-        bool(question.withheld),
-        question.envelope,
+        expected=expected,
+        simulator=simulator,
+        posteriors=posteriors,
+        signatures=signatures,
+        retuning=None if refit is None else refit.retuning,
+        settings=settings,
+        misfit_deg=missed,
+        limited=bool(question.withheld),
     )
-    return assemble(findings, after), grounds
+    planned = what_next(expected, posteriors, question.envelope, settings=settings, simulator=simulator)
+    return replace(assemble(findings), next_experiment=planned), grounds
 
 
 def _effect_changes(expected: Expected, posteriors: Sequence[Posterior]) -> dict[str, EffectChange]:

@@ -1,6 +1,6 @@
 """From the posterior to the answer: verdict, causes, where, how far, what cannot be told."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 
 from rig.gap.answer.chain import chain
@@ -8,7 +8,7 @@ from rig.gap.answer.facts import RAW_DATA, SIGNATURE, Verdict, Where
 from rig.gap.answer.findings import Findings, Kept, evidence_of
 from rig.gap.answer.floor import floor_of
 from rig.gap.answer.gap_size import gap_of, predicted
-from rig.gap.answer.how_far.held_out import HowFar
+from rig.gap.answer.how_far.held_out import HowFar, how_far
 from rig.gap.answer.how_far.size_intervals import intervals, reference_of
 from rig.gap.answer.kept_effects import dropped_effects, kept_effects, share_closed
 from rig.gap.answer.observations import (
@@ -23,7 +23,6 @@ from rig.gap.answer.unknowns import unknown_cause, unknowns
 from rig.gap.answer.where import frequency_shares, over_time, phase_shares, region_shares
 from rig.gap.hypotheses.fit import Fit
 from rig.gap.hypotheses.inverse_problems import PRESSURES
-from rig.gap.plan.next_experiment import what_next
 from rig.gap.raw_tests.signature import Signature
 from rig.gap.records.pairs import Pairing
 from rig.gap.reference.gaps import commanded_gaps, from_own_zeros, rms_of
@@ -37,11 +36,11 @@ IN_TURN = (
 )
 
 
-def assemble(findings: Findings, after: Callable[[Sequence[tuple[str, Fit]]], HowFar]) -> Diagnosis:
-    """The diagnosis; `after` says how far the gap shrinks with some causes in the simulator."""
+def assemble(findings: Findings) -> Diagnosis:
+    """The diagnosis, without what to record next."""
     gaps, known = commanded_gaps(findings.expected), floor_of(findings.expected, findings.settings)
     before, floor = rms_of(gaps, findings.expected.pairs), known.deg
-    kept, far = _kept_and_how_far(findings, before, after)
+    kept, far = _kept_and_how_far(findings, before)
     added = bool(kept) and far.after_deg <= before
     remaining = far.after_deg if added else before
     unknown = unknowns(findings, kept, before, remaining, floor)
@@ -59,15 +58,8 @@ def assemble(findings: Findings, after: Callable[[Sequence[tuple[str, Fit]]], Ho
         _where(findings, causes, gaps, gap.after_deg, floor),
         causes,
         _ranking(findings, raw),
-        what_next(
-            findings.expected,
-            findings.posteriors,
-            findings.envelope,
-            settings=findings.settings,
-            simulator=findings.simulator,
-        ),
-        evidence_of(findings, right_of_each(findings, kept), gaps, far, added),
-        _notes(findings, kept, [*known.notes, *unknown.notes(kept, before, floor)]),
+        evidence=evidence_of(findings, right_of_each(findings, kept), gaps, far, added),
+        notes=_notes(findings, kept, [*known.notes, *unknown.notes(kept, before, floor)]),
         doubts=findings.expected.pairing.doubts,
         reference=findings.expected.kind,
         retuning=findings.retuning,
@@ -75,11 +67,13 @@ def assemble(findings: Findings, after: Callable[[Sequence[tuple[str, Fit]]], Ho
     )
 
 
-def _kept_and_how_far(
-    findings: Findings, before: float, after: Callable[[Sequence[tuple[str, Fit]]], HowFar]
-) -> tuple[list[Kept], HowFar]:
+def _kept_and_how_far(findings: Findings, before: float) -> tuple[list[Kept], HowFar]:
     """The effects that are named, and how far the gap (rms in deg, `before`) shrinks with them. None where all act
     behind the monitors and explain nothing of records that the fit has not seen."""
+
+    def after(causes: Sequence[tuple[str, Fit]]) -> HowFar:
+        return how_far(causes, findings.expected, findings.simulator, findings.settings)
+
     kept = kept_effects(findings, before)
     far = after([(each.posterior.problem.name, each.fit) for each in kept])
     if far.after_deg > before and all(each.posterior.problem.name != PRESSURES for each in kept):

@@ -11,7 +11,6 @@ from rig.gap.answer.how_far.held_out import HowFar
 from rig.gap.evidence.posterior import Posterior
 from rig.gap.hypotheses.fit import Fit
 from rig.gap.hypotheses.inverse_problems import PRESSURES
-from rig.gap.plan.candidates import SweepEnvelope
 from rig.gap.raw_tests.signature import Signature
 from rig.gap.reference.expected import Expected
 from rig.gap.reference.gaps import rms_of
@@ -37,8 +36,6 @@ class Findings:
     """How far the simulator as it stands is from the earlier days, where there are any."""
     limited: bool = False
     """Effects that the rig may have were not asked about."""
-    envelope: SweepEnvelope | None = None
-    """What the rig allows the records that are recommended."""
 
     @property
     def angle(self) -> Posterior:

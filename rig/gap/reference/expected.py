@@ -64,7 +64,7 @@ class Expected:
     @property
     def pairs(self) -> list[Pair]:
         """The records beside their earlier days."""
-        return self.pairing.pairs
+        return [context.pair for context in self.contexts]
 
     @property
     def beside_records(self) -> bool:
@@ -95,9 +95,7 @@ def read_right(expected: Expected, wrong: Misread) -> Expected:
 def as_referred(expected: Expected) -> Expected:
     """The same as if both pressures were the reference's, whatever the monitors read, and the joint moved by those."""
     contexts = [_with_reference_pressures(context) for context in expected.contexts]
-    pairing = replace(expected.pairing, pairs=[context.pair for context in contexts])
-    base = tuple(context.reference.angle_deg for context in contexts)
-    return replace(expected, pairing=pairing, contexts=contexts, base=base)
+    return replace(expected, contexts=contexts, base=tuple(context.reference.angle_deg for context in contexts))
 
 
 def _with_reference_pressures(context: RecordContext) -> RecordContext:
