@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 from support.plants.gap_rigs import identified, model, mounted, session
 
-from rig.gap import pipeline
-from rig.gap.answer import kept_effects
+from rig.gap.answer import assemble, kept_effects
 from rig.gap.answer.consistency import contradictions
 from rig.gap.answer.how_far.held_out import HowFar, how_far
 from rig.gap.answer.how_far.retuning import retune
@@ -66,7 +65,7 @@ def test_what_explains_nothing_of_records_that_the_fit_has_not_seen_is_not_named
         far = how_far(causes, *given)
         return replace(far, after_deg=2.0 * found.gap.rms_deg) if causes else far
 
-    monkeypatch.setattr(pipeline, "how_far", worse)
+    monkeypatch.setattr(assemble, "how_far", worse)
     found, _ = alone(bent)
     assert (found.verdict, [cause.effect for cause in found.causes]) == ("unknown", [UNKNOWN])
     assert max(found.confidence, found.causes[0].confidence) <= 0.5, "play is likelier than that"

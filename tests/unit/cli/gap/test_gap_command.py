@@ -16,7 +16,7 @@ from rig.cli.gap.group import gap
 from rig.errors import RecordError, RigError
 from rig.excite.experiment import Entry, Timing, load_sweep
 from rig.excite.signals import Sine
-from rig.gap.answer import assemble
+from rig.gap import pipeline
 from rig.gap.answer.words.sizes import degrees
 from rig.gap.plan.experiment import Experiment
 from rig.gap.plan.settings import SETTLE_S
@@ -80,7 +80,7 @@ def test_everything_that_it_writes_can_be_used(days: Path, tmp_path: Path) -> No
 def test_recommended_sweep_is_one_that_run_accepts(days: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     sine = Entry(Sine(frequency_hz=0.5, amplitude_mpa=0.1), Timing(settle_s=SETTLE_S, duration_s=10.0))
     wanted = Experiment((replace(sine, p0_mpa=(0.2,)),), 0.5, 0.7, 0.9, ("creep", "delay"), 4.0)
-    monkeypatch.setattr(assemble, "what_next", lambda *_, **__: wanted)
+    monkeypatch.setattr(pipeline, "what_next", lambda *_, **__: wanted)
     call(
         "diagnose", "--model", MODEL, "--log", days / "late", *healthy(days), "--next-experiment",
         tmp_path / "next.yaml",

@@ -1,10 +1,11 @@
 """What raw-data tests found is a cause where it makes up the gap or stands alone, else an observation: both sides."""
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
-from support.plants.gap_rigs import asked, baselines, names, session
+from support.plants.gap_rigs import asked, baselines, model, names, session
 from support.records.told_answers import cause
 from support.records.told_answers import told as told_answer
 
@@ -14,6 +15,7 @@ from rig.gap.answer.settings import LEAST_SHARE
 from rig.gap.answer.words.sentences import answers, headline
 from rig.gap.raw_tests.signature import Signature, Size
 from rig.gap.records.pairs import pair_up
+from rig.gap.reference.build import expect
 from rig.gap.reference.expected import Expected
 from rig.gap.reference.kinds import ReferenceKind
 from rig.model.effect_stages import EFFECT_STAGES
@@ -28,11 +30,15 @@ def signature(variance_deg2: float, effect: str | None = "quantisation") -> Sign
     return Signature("quantisation step", effect, True, 0.2, 0.0, "deg", "steps", STEP, 0.0, variance_deg2)
 
 
-def told(one: Signature, days: int, else_found: bool) -> JudgedSignatures:
+@cache
+def beside(days: int) -> Expected:
     pairing = pair_up(session(90), [list(day) for day in baselines()[:days]], 0.2)
     kind = ReferenceKind.SESSIONS if days else ReferenceKind.SIMULATOR
-    expected = Expected(kind, kind.value, pairing, [], None, ())  # type: ignore[arg-type]
-    return judged_signatures([one], expected, GAP_DEG, else_found)
+    return expect(kind, False, model(), pairing)
+
+
+def told(one: Signature, days: int, else_found: bool) -> JudgedSignatures:
+    return judged_signatures([one], beside(days), GAP_DEG, else_found)
 
 
 @pytest.mark.parametrize("else_found", [True, False])
@@ -57,11 +63,10 @@ def test_a_small_mark_against_an_earlier_day_is_a_cause_where_nothing_else_is_fo
 
 def test_beside_records_without_raw_samples_a_small_mark_is_no_cause() -> None:
     """What a fingerprint keeps shows no steps: a signature stands for itself there, as without an earlier day."""
-    pairing = pair_up(session(90), [list(baselines()[0])], 0.2)
-    kept = replace(pairing, pairs=[replace(pair, raw_baselines=()) for pair in pairing.pairs])
-    expected = Expected(ReferenceKind.FINGERPRINT, "fingerprint", kept, [], None, ())  # type: ignore[arg-type]
-    assert judged_signatures([signature(1e-6)], expected, GAP_DEG, False).causes == []
-    assert len(judged_signatures([signature(1e-6)], replace(expected, pairing=pairing), GAP_DEG, False).causes) == 1
+    whole = replace(beside(1), kind=ReferenceKind.FINGERPRINT)
+    kept = [replace(one, pair=replace(one.pair, raw_baselines=())) for one in whole.contexts]
+    assert judged_signatures([signature(1e-6)], replace(whole, contexts=kept), GAP_DEG, False).causes == []
+    assert len(judged_signatures([signature(1e-6)], whole, GAP_DEG, False).causes) == 1
 
 
 def test_where_only_a_mark_is_named_the_gap_is_explained_by_its_share() -> None:
