@@ -51,7 +51,8 @@ class Law:
     tied: Mapping[str, str] = field(default_factory=dict)
     """Number -> the free number that it equals."""
     bounds: Mapping[str, tuple[float, float]] = field(default_factory=dict)
-    """Tighter bounds than the stage's: flexible forms are held to what they are meant for. Those of the size are in units of `scale`."""
+    """Tighter bounds than the stage's: flexible forms are held to what they are meant for. Those of the size are in units of `scale`, those
+    of a number that is `counted` in its own."""
 
     counted: Mapping[str, Scale] = field(default_factory=dict)
     """Other number of a shape -> the scale in which it counts."""
@@ -79,7 +80,7 @@ class Law:
     def range_of(self, name: str, scales: Mapping[str, float]) -> tuple[float, float]:
         """Bounds of a free number in its own unit, its stage's where there are no tighter ones."""
         number = next(number for number in EFFECT_STAGES[self.stage].numbers if number.name == name)
-        unit = scales[self.scale] if name == self.free[0] else 1.0
+        unit = scales[self.scale if name == self.free[0] else self.counted.get(name, "one")]
         low, high = sorted(end * unit for end in self.bounds.get(name, (-inf, inf)))
         return max(low, number.low), min(high, number.high)
 
@@ -189,8 +190,9 @@ ALL_SESSION = {WHOLE_SESSION.name: 1.0}
 SLOWLY = (0.002, 0.01, 0.04, 0.15)
 """A minute, of what goes on through a session of several."""
 EITHER_MUSCLE = ({"muscle": 1.0}, {"muscle": 2.0})
-ABOUT = tuple({"about_deg": times} for times in (1.0, -1.0, 3.0, -3.0))
-"""Where muscles that warm unequally leave the joint, in halves of the angle's range."""
+ABOUT = ({"about_deg": 1.0}, {"about_deg": -1.0})
+"""Where muscles that warm unequally leave the joint, in halves of the angle's range; much farther off nothing tells it
+from a sensor that drifts."""
 CHOKED_LEAK = ({"muscle": 1.0, "absolute": 1.0}, {"muscle": 2.0, "absolute": 1.0})
 BOTH_STOPS = tuple({"low_deg": -36.0 * 0.92**k} for k in range(16))
 """A stop that is a little too near costs more than none, and one out of reach has no slope: a close grid."""
@@ -281,7 +283,7 @@ _LIBRARY: tuple[Effect, ...] = (
             bounds=CREEPS),
     ), "the angle keeps moving slowly after the pressure has settled; loops wider at low frequency", "creep", "creep"),
     Effect("thermal_drift", (Law("thermal_drift", ("rate_per_min",), (0.01, 0.05, 0.2, 0.6), signs=BOTH_SIGNS),
-                             Law("thermal_drift", ("rate_per_min", "about_deg"), (0.01, 0.05, 0.2), signs=BOTH_SIGNS, shapes=ABOUT, counted={"about_deg": "span_deg"}),
+                             Law("thermal_drift", ("rate_per_min", "about_deg"), (0.01, 0.05, 0.2), signs=BOTH_SIGNS, shapes=ABOUT, counted={"about_deg": "span_deg"}, bounds={"about_deg": (-2.0, 2.0)}),
                              Law("stiffness", ("rise_per_min",), (0.3, 1.0, 3.0)), Law("stiffness", ("rise_per_min",), (-0.2, -0.6, -1.5)),
                              Law("heated_muscles", ("rate_per_min", "balance"), (0.05, 0.2, 0.6), signs=BOTH_SIGNS, shapes=({"heat_s": 30.0},), bounds={"balance": (-1.0, 1.0)}),
                              Law("one_muscle_warms", ("rate_per_min",), (0.01, 0.05, 0.2, 0.6), signs=BOTH_SIGNS, shapes=EITHER_MUSCLE),
