@@ -17,6 +17,7 @@ from rig.realtime.program import Program
 from rig.realtime.rest_angle import RestAngle
 from rig.realtime.ring import RingWriter
 from rig.realtime.state import Event, State, after
+from rig.realtime.way_out import leave_safe
 from rig.sample import (
     ABSENT_BY_ROLE,
     ANGLE_ZEROED,
@@ -39,12 +40,6 @@ _NO_MEASUREMENT = Measurement(flags=sum(ABSENT_BY_ROLE.values()) | READ_ERROR)
 
 LOOKS = 3
 """Ticks in which the safe state is read back from the device, as long as it does not answer."""
-_LAST_TRIES = 3
-"""Failed writes of the safe state on the way out after which the supervisor is better placed."""
-_LAST_WAITS = 200
-"""On the way out, for a wire that carries the safe state: of half a period each, longer than 1200 baud take."""
-LEAVING_NS = 1_000_000_000
-"""How long the way out may take on a slow device before the supervisor takes over."""
 
 
 @dataclass(frozen=True)
@@ -388,13 +383,13 @@ class Loop:
 
     def leave(self) -> None:
         """Safe state, then let go; an unreachable device is left to its own watchdog and to the supervisor."""
-        self.ring.beat(LEAVING_NS)
-        self._safe_owed, attempts = True, _LAST_TRIES
+        self._safe_owed = True
         try:
-            for _ in range(_LAST_WAITS):
-                self._write_safe()
-                attempts -= not self._safe_comes
-                if not (self._safe_owed and attempts):
-                    break
+            leave_safe(self._try_once_more, self.ring.beat, self._clock, self._period_ns)
         finally:
             self._device.close()
+
+    def _try_once_more(self) -> bool | None:
+        """Whether the device has taken the safe state; None: it is on its way."""
+        self._write_safe()
+        return None if self._safe_owed and self._safe_comes else not self._safe_owed

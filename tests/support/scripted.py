@@ -142,8 +142,8 @@ class ListRing:
         self.told: list[str] = []
         self.safe: list[str] = []
         self.now_ns: Callable[[], int] = int
-        self.beaten_ns = 0
-        """When it beat last, by `now_ns`."""
+        self.beaten_ns = self.ahead_ns = 0
+        """When it beat last, by `now_ns`, and how long it told to be away at most from then on."""
 
     def made_safe(self) -> None:
         self.safe.append("made")
@@ -162,7 +162,7 @@ class ListRing:
 
     def beat(self, ahead_ns: int = 0) -> None:
         self.beats += 1
-        self.beaten_ns = self.now_ns()
+        self.beaten_ns, self.ahead_ns = self.now_ns(), ahead_ns
 
     def tell(self, text: str) -> None:
         self.told.append(text)

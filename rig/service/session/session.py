@@ -36,8 +36,8 @@ LoopEntry = Callable[[LoopSetup, Connection], None]
 Insistence = Callable[[Callable[[], bool], Callable[[], None]], str]
 """Calls the second again and again until the first is so, or it has had enough; returns how it went, in words."""
 END_PATIENCE_S = 5.0
-"""For a loop to leave through its safe state, which has a bound of its own (`rig.realtime.loop.LEAVING_NS`); then it is
-killed."""
+"""For a loop to leave through its safe state, which has a bound of its own (`rig.realtime.way_out.LEAVING_NS`); then it
+is killed."""
 _END_LOOK_S = 0.02
 _LOG = logging.getLogger("pamrig")
 SWEPT = "shared memory: removed"

@@ -230,13 +230,3 @@ def test_leaving_tries_the_safe_state_again() -> None:
     run_loop(device, ScriptedOperator({}), 5)
     assert device.outputs == ["safe", "safe"]
     assert device.closed == 1
-
-
-def test_leaving_waits_for_a_safe_state_that_is_on_its_way_but_not_for_ever() -> None:
-    device = ScriptedDevice(safes={call: DevicePending("on its way") for call in range(1, 100)})
-    _, loop = run_loop(device, ScriptedOperator({}), 5)
-    assert (device.outputs, device.closed) == (["safe", "safe"], 1)
-    device = ScriptedDevice(safes={call: DevicePending("on its way") for call in range(1, 1000)})
-    _, loop = run_loop(device, ScriptedOperator({}), 5)
-    assert (device.outputs, device.closed) == (["safe"], 1)
-    assert loop.ring.safe[-1] == "coming"
