@@ -8,8 +8,8 @@ the safe state; when one of them is lost, the command gives up.
 import os
 import secrets
 from collections.abc import Mapping
-from types import TracebackType
-from typing import Final, Self
+from contextlib import ExitStack
+from typing import Final
 
 from rig.app import compose
 from rig.app.terminal import console
@@ -26,28 +26,31 @@ _PATIENCE_NS: Final = 250_000_000
 
 
 class SupervisedCommand:
-    """This process and its ticks, looked after from above. Use as a context manager; `beat` each tick."""
+    """This process and its ticks, looked after from above, from `start` to `end`; `beat` each tick. It is to be ended
+    also where it was not started, or could not be."""
 
     def __init__(self, rig: RigConfig) -> None:
+        """StateError where shared memory gives no room."""
         session = secrets.randbits(63)
-        self._ring = Ring.create(f"{session:016x}-ticker", session, capacity=1)
-        self._writer = RingWriter(self._ring)
-        self._watchers = Watchers(session, self._ring, rig, {})
+        with ExitStack() as half_made:
+            self._ring = Ring.create(f"{session:016x}-ticker", session, capacity=1)
+            half_made.callback(self._ring.block.unlink)
+            self._writer = RingWriter(self._ring)
+            self._watchers = Watchers(session, self._ring, rig, {})
+            half_made.pop_all()
         self.beat = self._writer.beat
         self.trouble = self._watchers.trouble
         """Why the watchers cannot be relied on; empty while they can."""
 
-    def __enter__(self) -> Self:
+    def start(self) -> None:
+        """Until both of those above watch; RigError when one does not come so far."""
         self._watchers.start(
             watcher_process, os.getpid(), (Writer.SUPERVISOR, Writer.GUARDIAN), _PATIENCE_NS, speak=True
         )
         self._watchers.await_ready()
-        return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        """The rig has been left safe: nobody needs to follow up."""
+    def end(self) -> None:
+        """The rig has been left safe, or was never moved: nobody needs to follow up. Idempotent."""
         self._watchers.block.release()
         self._watchers.wake()
         self._watchers.end()

@@ -77,12 +77,13 @@ class DeviceTicker:
             self.facts = dict(self._device.open())
             self._thread.start()
             if self._supervision is not None:
-                self._supervision.__enter__()
+                self._supervision.start()
         except BaseException:
-            self._quit.set()
-            if self._thread.is_alive():
-                self._thread.join()
-            let_go(self._device)
+            with _ended_afterwards():
+                self._quit.set()
+                if self._thread.is_alive():
+                    self._thread.join()
+                self._let_go()
             raise
         return self
 
@@ -98,15 +99,19 @@ class DeviceTicker:
             except DeviceError as unsafe:
                 raise beside(error, str(unsafe)) if isinstance(error, RigError) else unsafe from None
             finally:
-                with contextlib.ExitStack() as above:  # to the last: until then a watchdog may go on
-                    if self._supervision is not None:
-                        above.push(self._supervision)
-                        self._supervision.beat(LETTING_GO_NS)
-                    let_go(self._device)
+                self._let_go()
             if said and not isinstance(error, RigError) and (error is not None or pressed):
                 _tell(said)
         if said and isinstance(error, RigError):
             raise beside(error, said) from None
+
+    def _let_go(self) -> None:
+        """Of the device, and of who stands above to the last: until then a watchdog may go on."""
+        with contextlib.ExitStack() as above:
+            if self._supervision is not None:
+                above.callback(self._supervision.end)
+                self._supervision.beat(LETTING_GO_NS)
+            let_go(self._device)
 
     def _make_safe(self, pressed: list[int]) -> str:
         """Until the device has taken it; one whose connection was lost may need a while. Returns what is known of it,

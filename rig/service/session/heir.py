@@ -6,6 +6,7 @@ import secrets
 import threading
 import time
 from collections.abc import Callable
+from contextlib import ExitStack
 from typing import Any, Final
 
 from rig.realtime.ring import Ring
@@ -27,13 +28,13 @@ class Heir:
         """OSError or RigError when the machine gives no memory, process or thread."""
         session = secrets.randbits(63)
         self._ended = threading.Event()
-        self._beats = StandBy()
-        try:
+        with ExitStack() as half_made:
+            self._beats = StandBy()
+            half_made.callback(self._beats.end)
             self._ring = Ring.create(f"{session:016x}-heir", session, capacity=1)
+            half_made.callback(self._ring.block.unlink)
             self._watchers = Watchers(session, self._ring, rig, {})
-        except BaseException:
-            self._beats.end()
-            raise
+            half_made.pop_all()
         self._beats.begin(self._beat)
         try:
             self._watchers.start(entry, os.getpid(), (Writer.GUARDIAN,))

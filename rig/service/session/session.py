@@ -10,7 +10,7 @@ import secrets
 import signal
 import time
 from collections.abc import Callable, Mapping, Sequence
-from contextlib import suppress
+from contextlib import ExitStack, suppress
 from dataclasses import dataclass
 from multiprocessing.connection import Connection
 from multiprocessing.process import BaseProcess
@@ -72,7 +72,8 @@ class Session:
         watching: Watching | None = None,
         ring_suffix: str = "-ring",
     ) -> None:
-        """Without `watching` nobody stands above the loop: for a plant that lives in the loop's process.
+        """Without `watching` nobody stands above the loop: for a plant that lives in the loop's process. StateError,
+        and nothing is left behind, where shared memory gives no room.
 
         Rings whose name ends with KEPT_RING are kept for the black box of their owner when their session is dead.
         """
@@ -86,9 +87,13 @@ class Session:
         self.swept = f"{SWEPT} {counted(swept, 'block')} of processes that were killed" if swept else ""
         """What of dead processes lay in shared memory, and was removed, in words."""
         name = f"{self.id:016x}"
-        self.ring = Ring.create(f"{name}{ring_suffix}", self.id, CAPACITY)
-        self.mailbox = Mailbox.create(f"{name}-mailbox", self.id)
-        self.watchers = Watchers(self.id, self.ring, rig, self._options)
+        with ExitStack() as half_made:
+            self.ring = Ring.create(f"{name}{ring_suffix}", self.id, CAPACITY)
+            half_made.callback(self.ring.block.unlink)
+            self.mailbox = Mailbox.create(f"{name}-mailbox", self.id)
+            half_made.callback(self.mailbox.block.unlink)
+            self.watchers = Watchers(self.id, self.ring, rig, self._options)
+            half_made.pop_all()
         self._blocks: list[SharedBlock] = [self.ring.block, self.mailbox.block]
         self._programs: dict[int, SharedBlock] = {}
         self._watching = watching

@@ -6,7 +6,6 @@ import signal
 import threading
 import time
 from collections.abc import Callable
-from types import TracebackType
 from typing import Any
 
 import pytest
@@ -60,10 +59,10 @@ class Above:
     def trouble(self) -> str:
         return ""
 
-    def __enter__(self) -> "Above":
-        return self
+    def start(self) -> None:
+        pass
 
-    def __exit__(self, *_: type[BaseException] | BaseException | TracebackType | None) -> None:
+    def end(self) -> None:
         self.let_go_of_a_safe_rig = self._device.is_safe
 
 
@@ -94,7 +93,7 @@ def test_those_above_are_let_go_after_the_device(monkeypatch: pytest.MonkeyPatch
     above = Above(device)
     monkeypatch.setattr(device, "close", lambda: order.append("device"))
     monkeypatch.setattr(above, "beat", lambda ahead_ns=0: order.append("beat") if ahead_ns == LETTING_GO_NS else None)
-    monkeypatch.setattr(Above, "__exit__", lambda *_: order.append("those above"))
+    monkeypatch.setattr(above, "end", lambda: order.append("those above"))
     with contextlib.suppress(KeyboardInterrupt):
         held(device, above)
     assert order == ["beat", "device", "those above"]
@@ -127,11 +126,10 @@ class SlowAbove(Above):
         self._watched, self._fails = device, fails
         self.fed_meanwhile = False
 
-    def __enter__(self) -> "SlowAbove":
+    def start(self) -> None:
         self.fed_meanwhile = self._watched.fed.wait(5.0)
         if self._fails:
             raise RigError("the supervisor's process was not ready")
-        return self
 
 
 @pytest.mark.parametrize("fails", [False, True])
@@ -143,7 +141,30 @@ def test_a_devices_own_watchdog_is_fed_while_those_above_are_started(fails: bool
         held(device, above)
     assert above.fed_meanwhile
     assert not device.is_open
+    assert above.let_go_of_a_safe_rig is not None, "and let go, or they would go on to watch this process"
     assert threading.active_count() == before
+
+
+class NotThere(Pressed):
+    """A device that does not answer; while it is closed somebody presses Ctrl-C."""
+
+    def open(self) -> dict[str, str]:
+        raise DeviceLost("scripted: not there")
+
+    def close(self) -> None:
+        signal.raise_signal(self.number)
+        super().close()
+        self.struck = True
+
+
+def test_those_above_a_device_that_cannot_be_opened_are_let_go_too() -> None:
+    """Their shared memory stayed, and more with each attempt."""
+    device = NotThere()
+    above = Above(device)
+    with pytest.raises(KeyboardInterrupt):
+        held(device, above)
+    assert device.struck
+    assert above.let_go_of_a_safe_rig is not None
 
 
 class Buggy(Pressed):
