@@ -6,6 +6,7 @@ touches no hardware. Stand-ins live in `hil` and are not listed here. Other pack
 """
 
 import importlib
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any, Final, Protocol, cast
 
@@ -55,12 +56,17 @@ class CatalogEntry:
         return summary_of(self.driver)
 
 
-def entry(kind: str, where: str = "the rig's config") -> CatalogEntry:
-    """The driver called `kind`; ConfigError when there is none, or when its vendor's package is missing."""
+def entry(kind: str, where: str = "the rig's config", others: Iterable[str] = ()) -> CatalogEntry:
+    """The driver called `kind`; ConfigError when there is none, or when its vendor's package is missing. `others`:
+    kinds that may have been meant as well."""
     if kind not in KINDS and kind in plugins.names(plugins.DEVICES):
         return CatalogEntry(kind, cast(Driver, plugins.load(plugins.DEVICES, kind)))
     if kind not in KINDS:
-        raise ConfigError(f"{where}: unknown kind of device {kind!r}; {suggest(kind, kinds())}")
+        hint = suggest(kind, [*others, *kinds()])
+        own = (
+            "" if hint.startswith("did") else "; a device of your own is an entry point `pamrig.devices` of its package"
+        )
+        raise ConfigError(f"{where}: unknown kind of device {kind!r}; {hint}{own}")
     module, _, name = KINDS[kind].partition(":")
     try:
         return CatalogEntry(kind, cast(Driver, getattr(importlib.import_module(module), name)))

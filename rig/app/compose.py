@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from rig.app.shipped import default_rig, find_config, own_file, own_names
-from rig.config import structure, suggest
+from rig.config import structure
 from rig.errors import ConfigError, RigError
 from rig.interfaces import Clock, Device, DeviceContext, Role, abilities_of, wiring_of
 from rig.realtime.clock import VirtualClock
@@ -37,13 +37,7 @@ def device_class(kind: str, where: str) -> Any:
         return getattr(importlib.import_module(module), name)
     from drivers import catalog
 
-    if kind not in catalog.KINDS and kind not in catalog.kinds():
-        hint = suggest(kind, [*STAND_INS, *catalog.kinds()])
-        own = (
-            "" if hint.startswith("did") else "; a device of your own is an entry point `pamrig.devices` of its package"
-        )
-        raise ConfigError(f"{where}: unknown kind of device {kind!r}; {hint}{own}")
-    return catalog.entry(kind, where).driver
+    return catalog.entry(kind, where, STAND_INS).driver
 
 
 def device_settings(entry: DeviceEntry, rig: RigConfig, options: Mapping[str, Any]) -> tuple[Any, Any]:

@@ -34,6 +34,12 @@ def test_an_unknown_kind_is_named_with_the_nearest() -> None:
         entry("myroi", "rig.yaml")
 
 
+def test_a_kind_that_is_nothing_like_a_known_one_is_told_where_ones_own_would_be() -> None:
+    """Two places refused an unknown kind, and the other one alone said this."""
+    with pytest.raises(ConfigError, match="allowed: itv_serial, .*, stand_in; a device of your own is an entry point"):
+        entry("xyzzy", others=["stand_in"])
+
+
 def test_a_missing_package_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
     for name in list(sys.modules):
         if name.startswith(("drivers.myrio", "nifpga")):
