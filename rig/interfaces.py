@@ -173,6 +173,12 @@ class Wiring:
         a time drives it. Here: nothing that two could share."""
         return ()
 
+    @property
+    def one_reader(self) -> tuple[str, ...]:
+        """Names, of the same kind, of what gives each byte to one reader only, as a serial port does: one process at a
+        time opens it, also where nothing is driven by it. Here: nothing; looking disturbs nobody."""
+        return ()
+
     def wired_to(self, role: Role) -> tuple[str, ...]:
         """Names of what a role is wired to, which no other device of the rig may share. Here: nobody knows."""
         return ()

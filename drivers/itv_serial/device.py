@@ -47,6 +47,11 @@ class ItvSettings(Wiring):
         """Both ports."""
         return tuple(wire for port in (self.valve_1, self.valve_2) if port is not None for wire in port.wires)
 
+    @property
+    def one_reader(self) -> tuple[str, ...]:
+        """Both ports."""
+        return self.wires
+
     def wired_to(self, role: Role) -> tuple[str, ...]:
         """The port that a role is wired to: RS-232C joins two ends."""
         port = self.valve_1 if role in (Role.VALVE_1, Role.MONITOR_1) else self.valve_2

@@ -188,6 +188,11 @@ class ModbusSettings(Wiring):
         hosts = [f"{host}:{self.port}" for host in _names_of(self.host)]
         return (*([] if self.gateway else hosts), *(f"{host} unit {unit}" for host in hosts))
 
+    @property
+    def one_reader(self) -> tuple[str, ...]:
+        """The line on RTU; a module on TCP answers whoever asks."""
+        return self.serial.wires if self.serial is not None else ()
+
     def wired_to(self, role: Role) -> tuple[str, ...]:
         """The channels that a role is wired to, by names which another device on the same module has as well: of a host
         that is no gateway, whatever the unit. Hosts as they are written; ConfigError as above."""

@@ -96,6 +96,13 @@ def wires_of(rig: RigConfig) -> list[str]:
     return sorted({name for own in settings for name in wiring_of(own).wires})
 
 
+def held_wires(rig: RigConfig) -> list[str]:
+    """What the process that drives the rig holds for itself: its wires, and what its devices only read by lines that
+    give each byte to one reader."""
+    settings = [device_settings(entry, rig, {})[1] for entry in rig.devices]
+    return sorted({*wires_of(rig), *(name for own in settings for name in wiring_of(own).one_reader)})
+
+
 def _driving(rig: RigConfig) -> list[DeviceEntry]:
     return [entry for entry in rig.devices if entry.roles & _VALVES]
 

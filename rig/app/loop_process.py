@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Any
 
 from rig.app import wire_locks
-from rig.app.compose import check_as_loaded, make_device, wires_of
+from rig.app.compose import check_as_loaded, held_wires, make_device
 from rig.errors import DeviceError, RigError
 from rig.interfaces import Clock, Device, abilities_of
 from rig.realtime import closed_loop, measures
@@ -154,7 +154,7 @@ def _prepare(setup: LoopSetup, ending: LoopEnding) -> tuple[Loop, dict[str, Any]
     loop = Loop(device, waiting, RingWriter(ring), commands, loop_settings(rig))
     rehearse_for(loop, waiting)
     if not setup.virtual:
-        wire_locks.hold(wires_of(rig), os.getppid())  # until this process is gone
+        wire_locks.hold(held_wires(rig), os.getppid())  # until this process is gone
     facts: dict[str, Any] = {"device": ending.opened(device, loop)}
     facts["realtime"] = {} if setup.virtual else measures.apply(rig.realtime)
     facts["wall_offset_ns"] = time.time_ns() - clock.now_ns()

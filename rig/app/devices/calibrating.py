@@ -92,7 +92,7 @@ def guided_angle(rig: RigConfig, options: CalibrationOptions, typed: Typed) -> N
         "ends."
     )
     device = compose.make_device(rig, MonotonicClock())
-    with wire_locks.held(compose.wires_of(rig)), _ticker(device, rig) as ticker:
+    with wire_locks.held(compose.held_wires(rig)), _ticker(device, rig) as ticker:
         while (angle_deg := _ask(f"angle {len(points) + 1} [deg]")) is not None:
             found = ticker.collect(COLLECT_S)
             wiper, noise = mean(found, "angle_raw")
@@ -115,7 +115,7 @@ def guided_pressures(rig: RigConfig, levels: Sequence[float], options: Calibrati
     points go into `typed`."""
     nominal = dataclasses.replace(rig, calibration={})
     device = compose.make_device(nominal, MonotonicClock())
-    with wire_locks.held(compose.wires_of(rig)), _ticker(device, rig, supervised(nominal)) as ticker:
+    with wire_locks.held(compose.held_wires(rig)), _ticker(device, rig, supervised(nominal)) as ticker:
         check_last_resort(rig, ticker.facts, options.force)
         for level in levels:
             ticker.go_to(level, level, settle_s=options.settle_s)

@@ -194,7 +194,7 @@ def stepped(rig: RigConfig, found: Probe, step_mpa: float, settle_s: float, *, f
     safe = rig.safe.p1_mpa, rig.safe.p2_mpa
     try:
         with (
-            wire_locks.held(compose.wires_of(rig)),
+            wire_locks.held(compose.held_wires(rig)),
             DeviceTicker(device, rig.period_ns, safe, supervised(rig)) as ticker,
         ):
             check_last_resort(rig, ticker.facts, force)

@@ -119,6 +119,29 @@ def test_a_rig_s_wires_are_those_that_carry_set_points() -> None:
     assert all("/" in wire for wire in compose.wires_of(serial)), "its potentiometer's module is only read"
 
 
+@pytest.mark.parametrize(
+    ("line", "held"),
+    [("host: 10.0.0.9", []), ("serial: {device: /dev/ttyUSB9}", ["/dev/ttyUSB9"])],
+    ids=["a module on TCP", "a module on a serial line"],
+)
+def test_a_line_that_gives_each_byte_to_one_reader_is_held_by_who_only_reads_it(
+    line: str, held: list[str], tmp_path: Path
+) -> None:
+    """Devices without a valve were not held: two processes that read one converter took bytes from each other."""
+    rigs = shipped.configs() / "rigs"
+    text = (rigs / "serial_modbus.yaml").read_text().replace("../modbus", str(rigs.parent / "modbus"))
+    (address,) = [each for each in text.splitlines() if each.strip().startswith("host:")]
+    (tmp_path / "rig.yaml").write_text(text.replace(address.strip(), line))
+    rig = compose.load(tmp_path / "rig.yaml")
+    assert sorted({*compose.held_wires(rig)} - {*compose.wires_of(rig)}) == held
+
+
+def test_who_only_reads_a_line_drives_nothing_by_it() -> None:
+    """Whoever makes safe beside it is told of no other driver."""
+    serial = compose.load(shipped.configs() / "rigs" / "serial_modbus.yaml")
+    assert {*compose.wires_of(serial)} <= {*compose.held_wires(serial)}
+
+
 def test_a_stand_in_that_others_can_write_to_is_a_wire(tmp_path: Path) -> None:
     """Two processes drove it; one that keeps its plant to itself is no wire."""
     text = compose.load(None).path.read_text().replace("../models/simulated.yaml", "simulated")
