@@ -16,9 +16,12 @@ from typing import Any
 
 import click
 
+from drivers import catalog
+from rig.app.compose import STAND_INS, device_class
 from rig.cli.commands import cli
 from rig.gap.reference.patterns import ANGLE_NUISANCES, REGULATOR_NUISANCES, VALVE_NUISANCES, Nuisance
 from rig.gap.settings import FactorLevels, fitted
+from rig.interfaces import abilities_of
 from rig.qualify.faults.attacks import ATTACKS
 from rig.qualify.faults.table import TABLE as FAULT_ROWS
 from rig.qualify.figures import markdown
@@ -172,6 +175,23 @@ def options() -> str:
     )
 
 
+def device_kinds() -> str:
+    """Every kind of device: the drivers, then what stands for hardware."""
+    return table(
+        "kind | what | hardware | clock | second path",
+        (
+            [
+                f"`{kind}`",
+                catalog.summary_of(made := device_class(kind, "the reference")).rstrip("."),
+                "" if kind in STAND_INS else "yes",
+                "real, virtual" if kind in STAND_INS else "real",
+                "yes" if abilities_of(made).second_path else "none",
+            ]
+            for kind in (*catalog.KINDS, *STAND_INS)
+        ),
+    )
+
+
 def fault_rows() -> str:
     """Every row of the fault table."""
     rows = (
@@ -254,6 +274,7 @@ BLOCKS: dict[str, Callable[[], str]] = {
     "faults": faults,
     "commands": commands,
     "options": options,
+    "device_kinds": device_kinds,
     "fault_rows": fault_rows,
     "attack_rows": attack_rows,
     "valve_nuisances": lambda: nuisances(VALVE_NUISANCES | REGULATOR_NUISANCES, "pressures"),
