@@ -115,10 +115,10 @@ class MixedRig(Abilities):
         """Feed the watchdog of every valve's device that has one, whatever happens to the others."""
         self._every(self._able, lambda part: part.keep())
 
-    def stand_by(self) -> None:
+    def prepare_safe(self) -> None:
         """Let every device with a valve get ready for `safe`, where it knows how."""
         for part in self._able:
-            part.stand_by()
+            part.prepare_safe()
 
     def twin(self, clock: Clock) -> "MixedRig | None":
         """A mixture of the parts' twins, for rehearsals; None when one has none."""

@@ -147,7 +147,7 @@ class Abilities:
         the rig was lost, and this one is to stay at its safe set-points. Returns within one period; DeviceError when it
         could not be reached. Here: there is no watchdog."""
 
-    def stand_by(self) -> None:
+    def prepare_safe(self) -> None:
         """Get ready for `safe`, so that it is quick: asked of the instance of whoever may need it, the supervisor.
         RigError where that fails; `safe` then opens what it needs. Here: `safe` needs nothing."""
 

@@ -213,7 +213,7 @@ class MyRio(Abilities):
         except VENDOR_ERRORS as error:
             raise self._failed(error, "reading back") from None
 
-    def stand_by(self) -> None:
+    def prepare_safe(self) -> None:
         """Hold a session open, so that `safe` is a matter of microseconds; for whoever may need it, the supervisor.
         Moves nothing."""
         self.open()

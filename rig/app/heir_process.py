@@ -5,7 +5,7 @@ import os
 from multiprocessing.connection import Connection
 
 from rig.app.compose import wires_of
-from rig.app.watcher_process import GoesOnAlone, claim_of, outside, speak, stand_by, stay
+from rig.app.watcher_process import GoesOnAlone, claim_of, outside, speak, stay, try_for_commander
 from rig.errors import StateError
 from rig.realtime.safe_state import SafeBlock, SecondPath
 from rig.rig_config import RigConfig
@@ -27,6 +27,6 @@ def heir_process(setup: WatcherSetup, pipe: Connection) -> None:
     tell_commander(pipe, "ready", {})
     pipe.close()
     device = outside(rig, setup.options)
-    stand_by(block, setup.writer, alone, SecondPath.of(device, claim))
+    try_for_commander(block, setup.writer, alone, SecondPath.of(device, claim))
     if alone.since_s:
         speak(block, setup.writer)

@@ -73,13 +73,13 @@ def watcher_process(setup: WatcherSetup, pipe: Connection) -> None:
         tell_commander(pipe, "state", str(error))
         return
     if setup.writer is Writer.SUPERVISOR:
-        _stand_by(device)
+        _prepare_safe(device)
     tell_commander(pipe, "ready", _take_measures(rig))
     pipe.close()
     try:
         verdict = supervisor.run()
         if block.report(setup.writer).outcome is Outcome.FAILED and alone.commander_tries():
-            stand_by(block, setup.writer, alone, path)  # he may be lost later than the loop
+            try_for_commander(block, setup.writer, alone, path)  # he may be lost later than the loop
         if verdict is not LoopVerdict.WATCHING and (setup.speaks or alone.since_s):
             speak(block, setup.writer)
     finally:
@@ -124,7 +124,7 @@ class GoesOnAlone:
         return time.monotonic_ns() - self._block.beat_ns(writer) < _LOOKS_NS
 
 
-def stand_by(block: SafeBlock, writer: Writer, alone: GoesOnAlone, path: SecondPath) -> None:
+def try_for_commander(block: SafeBlock, writer: Writer, alone: GoesOnAlone, path: SecondPath) -> None:
     """While the one who commands tries, nothing; while he does not, his attempts. Until the device has taken the safe
     state, this one is released, its time is over, or somebody else drives the rig."""
     lost_s = 0.0
@@ -183,9 +183,9 @@ def _supervisor(
     )
 
 
-def _stand_by(device: object) -> None:
+def _prepare_safe(device: object) -> None:
     with contextlib.suppress(RigError):  # `safe` then opens what it needs, which only takes longer
-        abilities_of(device).stand_by()
+        abilities_of(device).prepare_safe()
 
 
 def _take_measures(rig: RigConfig) -> dict[str, str]:

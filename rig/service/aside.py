@@ -47,7 +47,7 @@ class NoThread(RigError):
     """This machine gives no thread: so many run already, or there is no memory for another."""
 
 
-class StandBy:
+class ReadyThread:
     """A thread for the moment of trouble, at which the machine may give none: it is there before, and waits."""
 
     def __init__(self) -> None:

@@ -11,7 +11,7 @@ from typing import Any, Final
 
 from rig.realtime.ring import Ring
 from rig.realtime.safe_state import Outcome, Writer
-from rig.service.aside import StandBy
+from rig.service.aside import ReadyThread
 from rig.service.session.watchers import WatcherEntry, Watchers
 
 _BEAT_S: Final = 0.2
@@ -29,7 +29,7 @@ class Heir:
         session = secrets.randbits(63)
         self._ended = threading.Event()
         with ExitStack() as half_made:
-            self._beats = StandBy()
+            self._beats = ReadyThread()
             half_made.callback(self._beats.end)
             self._ring = Ring.create(f"{session:016x}-heir", session, capacity=1)
             half_made.callback(self._ring.block.unlink)

@@ -10,7 +10,7 @@ from typing import Final
 
 from rig.errors import RigError
 from rig.realtime.safe_state import Outcome, SafeReport, SecondPath, Writer, write_and_look
-from rig.service.aside import NoThread, StandBy
+from rig.service.aside import NoThread, ReadyThread
 from rig.service.session.heir import Heir
 from rig.service.session.session import Session
 
@@ -32,7 +32,7 @@ class LeftUnsafe:
         self.owed = False
         """The loop of that session had ticked, and the device did not take the safe state."""
         self._ended = threading.Event()
-        self._hands: StandBy | None = None
+        self._hands: ReadyThread | None = None
         self._appoint = appoint
         self._heir: Heir | None = None
         self._appointing, self._over = threading.Lock(), False
@@ -63,7 +63,7 @@ class LeftUnsafe:
         if make is None or not self.owed:
             return
         try:
-            self._hands = self._hands or StandBy()
+            self._hands = self._hands or ReadyThread()
         except NoThread as error:
             _LOG.error("nobody goes on to make the rig safe: %s; `pamrig estop` tries once more", error)
             return

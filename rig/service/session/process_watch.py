@@ -27,7 +27,7 @@ from rig.realtime.safe_state import (
     Writer,
     look,
 )
-from rig.service.aside import StandBy
+from rig.service.aside import ReadyThread
 from rig.service.processes import is_stopped
 from rig.service.session.watchers import Watchers
 from rig.silence import Silence
@@ -112,7 +112,7 @@ class ProcessWatch:
         """A write of the loop, and how often it was looked at for it."""
         self._loss: Loss | None = None
         self._timed, self._suspended_s = timed, max(_suspended_s() for _ in range(3))
-        self._hands = StandBy()
+        self._hands = ReadyThread()
         """Who takes over, or looks at the device, while others are looked after."""
 
     # what is wrong

@@ -36,7 +36,7 @@ def test_an_unknown_kind_is_named_with_the_nearest() -> None:
 
 def test_a_kind_that_is_nothing_like_a_known_one_is_told_where_ones_own_would_be() -> None:
     """Two places refused an unknown kind, and the other one alone said this."""
-    with pytest.raises(ConfigError, match="allowed: itv_serial, .*, stand_in; a device of your own is an entry point"):
+    with pytest.raises(ConfigError, match=r"allowed: itv_serial, .*, stand_in; a device of your own is an entry point"):
         entry("xyzzy", others=["stand_in"])
 
 
@@ -93,8 +93,8 @@ class Part:
     def safe(self) -> None:
         self._do("safe")
 
-    def stand_by(self) -> None:
-        self._do("stand_by")
+    def prepare_safe(self) -> None:
+        self._do("prepare_safe")
 
     def close(self) -> None:
         self.asked.append("close")
@@ -134,8 +134,8 @@ def test_set_points_and_safe_go_to_devices_with_valves_only(clock: VirtualClock,
     mixed = MixedRig(parts, clock, PERIOD_NS)
     mixed.write(0.2, 0.2)
     mixed.safe()
-    mixed.stand_by()
-    assert parts[0].asked == ["write", "safe", "stand_by"]
+    mixed.prepare_safe()
+    assert parts[0].asked == ["write", "safe", "prepare_safe"]
     assert parts[1].asked == []
 
 

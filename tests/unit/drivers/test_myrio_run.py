@@ -345,7 +345,7 @@ MyRio(MyRioSettings(Path({str(lab.settings.bitfile)!r})), context).safe()
 def test_who_stands_by_needs_no_new_session_to_make_it_safe(lab: Lab) -> None:
     device, supervisor = lab.device(), lab.device()
     device.open()
-    supervisor.stand_by()
+    supervisor.prepare_safe()
     before = lab.stand_in.board.commands_mpa()
     assert (lab.fpga.sessions, lab.fpga.strobes) == (2, 0)
     device.write(0.4, 0.05)

@@ -85,7 +85,7 @@ def test_who_does_not_feed_the_fpgas_watchdog_does_not_vouch_for_its_outputs(tmp
     lab.fpga.measure("RIG.WATCHDOG_MS", 500)
     device, supervisor = lab.device(heartbeat="RIG.HEARTBEAT"), lab.device(heartbeat="RIG.HEARTBEAT")
     device.open()
-    supervisor.stand_by()
+    supervisor.prepare_safe()
     device.read()
     supervisor.safe()
     assert device.holds_safe() is True

@@ -51,7 +51,7 @@ def test_what_a_device_from_outside_has_by_name_is_its_own() -> None:
 
 def test_what_a_device_from_outside_lacks_is_as_written() -> None:
     found = abilities_of(ScriptedDevice())
-    found.keep(), found.stand_by(), found.shut_down()
+    found.keep(), found.prepare_safe(), found.shut_down()
     assert (found.holds_safe(), found.second_path, found.further) == (None, True, ())
     assert found.twin(VirtualClock()) is None
 

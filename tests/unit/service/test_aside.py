@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from rig.service import aside
-from rig.service.aside import DiskWork, NoThread, StandBy, aside_or_here
+from rig.service.aside import DiskWork, NoThread, ReadyThread, aside_or_here
 from rig.service.records.free_space import FreeSpace
 
 
@@ -83,7 +83,7 @@ def test_without_a_thread_it_is_refused_or_done_here(no_threads: None) -> None:
         asyncio.run(DiskWork().do(list))
     assert asyncio.run(aside_or_here(lambda: 5)) == 5
     with pytest.raises(NoThread):
-        StandBy()
+        ReadyThread()
 
 
 def test_without_a_thread_the_room_for_records_is_not_known_and_the_daemon_goes_on(
@@ -96,7 +96,7 @@ def test_without_a_thread_the_room_for_records_is_not_known_and_the_daemon_goes_
 
 
 def test_who_stands_by_is_there_for_the_next_attempt(caplog: pytest.LogCaptureFixture) -> None:
-    hands, done = StandBy(), threading.Event()
+    hands, done = ReadyThread(), threading.Event()
 
     def fail() -> None:
         raise ValueError("a bug")

@@ -9,7 +9,7 @@ import pytest
 from support.shared_names import safe_block, unused_name
 
 from rig.app import compose, watcher_process
-from rig.app.watcher_process import GoesOnAlone, stand_by
+from rig.app.watcher_process import GoesOnAlone, try_for_commander
 from rig.errors import DeviceError
 from rig.realtime.safe_state import Outcome, SafeBlock, SecondPath, Writer
 
@@ -57,7 +57,7 @@ class Story:
 
     def run(self) -> Outcome:
         self.beat()
-        stand_by(self.block, Writer.GUARDIAN, self.alone, SecondPath(self.safe, lambda: True, self.close))
+        try_for_commander(self.block, Writer.GUARDIAN, self.alone, SecondPath(self.safe, lambda: True, self.close))
         return self.block.report(Writer.GUARDIAN).outcome
 
 
