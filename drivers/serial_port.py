@@ -23,8 +23,9 @@ class SerialPort:
 
     @property
     def wires(self) -> tuple[str, ...]:
-        """The port, whichever of its links it is called by."""
-        return (self.device if "://" in self.device else os.path.realpath(self.device),)
+        """The port, whichever of its links it is called by, and that link: a plug that is put back may be another port
+        behind the same link, and who held it before is still to be found."""
+        return (self.device,) if "://" in self.device else (*{self.device: 0, os.path.realpath(self.device): 0},)
 
     @property
     def bits_per_byte(self) -> int:
