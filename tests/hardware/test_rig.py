@@ -14,7 +14,8 @@ from pathlib import Path
 import pytest
 
 from rig.app import compose, inventory
-from rig.app.devices.bringup import DeviceTicker, let_go, mean, step_valves, time_reads
+from rig.app.devices.bringup import DeviceTicker, let_go, mean, step_valves
+from rig.app.devices.timing import time_reads
 from rig.interfaces import Device, Role
 from rig.realtime.clock import MonotonicClock
 from rig.rig_config import RigConfig

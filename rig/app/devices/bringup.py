@@ -10,8 +10,8 @@ import os
 import signal
 import threading
 import time
-from collections import Counter, deque
-from collections.abc import Callable, Iterator
+from collections import deque
+from collections.abc import Iterator
 from dataclasses import dataclass
 from statistics import fmean, pstdev
 from types import TracebackType
@@ -20,13 +20,13 @@ from typing import Final, Self
 from rig.app.supervised_command import SupervisedCommand
 from rig.app.terminal import say
 from rig.app.trying_on import TryingOn
-from rig.errors import CheckFailed, DeviceError, DeviceLost, RigError, beside
+from rig.errors import DeviceError, DeviceLost, RigError, beside
 from rig.interfaces import Device, Measurement, abilities_of
 from rig.realtime.clock import MonotonicClock
 from rig.realtime.safe_state import NOT_SAFE, RETRY_S, SafeReport, SecondPath, Writer, insist, write_and_look
 from rig.realtime.safe_state import Outcome as SafeOutcome
 from rig.realtime.way_out import LEAVING_NS
-from rig.sample import BROKEN_WIRE, SUSPECT, Flag
+from rig.sample import BROKEN_WIRE, SUSPECT
 from rig.service.signals import own_signals
 
 SLEW_MPA_S: Final = 0.1
@@ -202,7 +202,7 @@ class DeviceTicker:
             os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(PRIORITY))
         clock, failed = MonotonicClock(), 0
         due_ns = clock.now_ns()
-        while not self._quit.is_set():
+        while not self._is_over():
             due_ns = max(due_ns + self._period_ns, clock.now_ns())
             clock.wait_until_ns(due_ns)
             try:
@@ -217,6 +217,11 @@ class DeviceTicker:
             except Exception as error:  # noqa: BLE001  # of a driver: who waits for the ticks must hear of it
                 return self._give_up(DeviceLost(f"the device's driver failed by an error of the program: {error!r}"))
         return None
+
+    def _is_over(self, wait_s: float = 0.0) -> bool:
+        """The command is on its way out; or it ends without, by a signal that struck just before: the interpreter then
+        waits for those above, who wait for this thread to beat no more."""
+        return self._quit.wait(wait_s) or not threading.main_thread().is_alive()
 
     def _give_up(self, error: DeviceError) -> None:
         """After an error nothing is to stand under pressure while somebody is still asked for a number: what the device
@@ -237,7 +242,7 @@ class DeviceTicker:
                 owed = not self._answers()
             if self._supervision is not None:
                 self._supervision.beat()
-            if self._quit.wait(RETRY_S if owed else self._period_ns / 1e9):
+            if self._is_over(RETRY_S if owed else self._period_ns / 1e9):
                 return
 
     def _answers(self) -> bool:
@@ -294,69 +299,6 @@ def mean(found: list[Measurement], field: str) -> tuple[float, float]:
     """Mean and standard deviation of one field over measurements that have it; NaN when none has."""
     values = [value for now in found if math.isfinite(value := getattr(now, field))]
     return (fmean(values), pstdev(values)) if values else (math.nan, math.nan)
-
-
-@dataclass(frozen=True)
-class DeviceTiming:
-    """How a device answers when nothing is written."""
-
-    ticks: int
-    failed: int
-    read_p50_us: float
-    read_p99_us: float
-    age_p50_ms: float
-    age_p99_ms: float
-    flags: dict[str, int]
-    last_error: str
-    last: Measurement | None
-
-    def holds(self, period_ns: int) -> bool:
-        """Every read answered within the period, but for one in a hundred."""
-        return self.failed <= max(self.ticks // 100, 1) and self.read_p99_us * 1e3 < period_ns
-
-    def fresh(self, period_ns: int) -> bool:
-        """Values are no older than a period, but for one in a hundred."""
-        return self.age_p99_ms * 1e6 <= period_ns
-
-
-def time_reads(
-    device: Device,
-    period_ns: int,
-    ticks: int,
-    tick_done: Callable[[int], None] = lambda _: None,
-    before_read: Callable[[], None] = lambda: None,
-) -> DeviceTiming:
-    """Read an open device `ticks` times on the period's grid; nothing is written. What `before_read` raises ends it."""
-    clock = MonotonicClock()
-    took, ages, flags = [], [], Counter[str]()
-    failed, last_error, last = 0, "", None
-    due_ns = clock.now_ns()
-    for tick in range(ticks):
-        due_ns = max(due_ns + period_ns, clock.now_ns())
-        clock.wait_until_ns(due_ns)
-        before_read()
-        began_ns = clock.now_ns()
-        try:
-            last = device.read()
-        except DeviceError as error:
-            failed, last_error = failed + 1, str(error)
-            if isinstance(error, DeviceLost):
-                raise
-            continue
-        took.append(clock.now_ns() - began_ns)
-        ages.append(max(last.p1_age_ns, last.p2_age_ns, last.angle_age_ns))
-        flags.update(flag.name or "" for flag in Flag if flag & last.flags)
-        tick_done(tick + 1)
-    if not took:
-        raise CheckFailed(f"no answer in {ticks} ticks; last: {last_error}")
-    took.sort()
-    ages.sort()
-    share = len(took) - 1
-    return DeviceTiming(
-        ticks, failed, took[share // 2] / 1e3, took[share * 99 // 100] / 1e3, ages[share // 2] / 1e6,
-        ages[share * 99 // 100] / 1e6,
-        dict(flags), last_error, last,
-    )  # fmt: skip
 
 
 @dataclass(frozen=True)

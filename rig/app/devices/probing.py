@@ -8,7 +8,8 @@ from typing import Any, Final
 from rich.table import Table
 
 from rig.app import compose, inventory, supervise, wire_locks
-from rig.app.devices.bringup import DeviceTicker, DeviceTiming, StepResult, let_go, step_valves, time_reads
+from rig.app.devices.bringup import DeviceTicker, StepResult, let_go, step_valves
+from rig.app.devices.timing import DeviceTiming, time_reads
 from rig.app.supervised_command import check_last_resort, supervised
 from rig.app.terminal import listing
 from rig.errors import CheckFailed, DeviceError, RigError, WatchdogTripped

@@ -6,6 +6,7 @@ import signal
 import threading
 import time
 from collections.abc import Callable
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -165,6 +166,24 @@ def test_those_above_a_device_that_cannot_be_opened_are_let_go_too() -> None:
         held(device, above)
     assert device.struck
     assert above.let_go_of_a_safe_rig is not None
+
+
+@pytest.mark.parametrize("lost", [False, True], ids=["under pressure", "with its device lost"])
+def test_the_ticks_end_with_a_command_that_never_came_to_its_way_out(
+    lost: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A second signal within microseconds of the first kept it from there: the interpreter waited for those above, they
+    for the ticks, which held the set-points for ever."""
+    device = Watched()
+    with DeviceTicker(device, 5_000_000, SAFE_MPA, Above(device)) as ticker:  # type: ignore[arg-type]
+        ticker.go_to(*SAFE_MPA)
+        (thread,) = [each for each in threading.enumerate() if each.name == "ticker"]
+        if lost:
+            monkeypatch.setattr(device, "read", lambda: math.sqrt(-1.0))
+        monkeypatch.setattr(threading, "main_thread", lambda: SimpleNamespace(is_alive=bool))
+        thread.join(10.0)
+        assert not thread.is_alive()
+    assert device.is_safe
 
 
 class Buggy(Pressed):

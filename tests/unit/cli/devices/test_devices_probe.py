@@ -12,7 +12,8 @@ from support.rigs.devices_command import EMULATED, RIGS, SAFE, Lab, call, refusa
 from hil.emulators.nifpga.shared import READ
 from rig.app import compose
 from rig.app.devices import probing
-from rig.app.devices.bringup import DeviceTicker, StepResult, step_valves, time_reads
+from rig.app.devices.bringup import DeviceTicker, StepResult, step_valves
+from rig.app.devices.timing import time_reads
 from rig.errors import CheckFailed, DeviceError, DeviceLost
 from rig.sample import Flag
 
