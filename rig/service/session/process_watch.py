@@ -82,6 +82,18 @@ def is_final(report: SafeReport) -> bool:
     return report.outcome > Outcome.WRITTEN or (report.safe and time.monotonic_ns() - report.written_ns > CONFIRMING_NS)
 
 
+def told_by_loop(ring: Ring, seen_ns: int = 0) -> SafeReport:
+    """What a loop says of the safe state that is there, or has left in good order; without a writer while it commands.
+    `seen_ns`: when somebody else read it back for the loop."""
+    if not ring.safe_ns:
+        return SafeReport()
+    seen_ns = max(ring.safe_seen_ns, seen_ns)
+    outcome = Outcome.SEEN if seen_ns >= ring.safe_ns else Outcome.WRITTEN
+    if ring.safe_is_doubted:
+        outcome = Outcome.DOUBTED
+    return SafeReport(Writer.LOOP, outcome=outcome, written_ns=ring.safe_ns, confirmed_ns=seen_ns)
+
+
 def _suspended_s() -> float:
     """For how long this machine has been suspended since it was started: the clock by which the loop ticks, and with it
     every silence, stands still meanwhile. Never too long: who is held up between the two looks sees less."""
@@ -195,16 +207,7 @@ class ProcessWatch:
     @property
     def safe(self) -> SafeReport:
         """What is known of the safe state now; without a writer while the loop commands."""
-        ring = self._ring
-        if not self._by_loop:
-            return self._watchers.block.best()
-        if not ring.safe_ns:
-            return SafeReport()
-        seen_ns = max(ring.safe_seen_ns, self._seen_ns)
-        outcome = Outcome.SEEN if seen_ns >= ring.safe_ns else Outcome.WRITTEN
-        if ring.safe_is_doubted:
-            outcome = Outcome.DOUBTED
-        return SafeReport(Writer.LOOP, outcome=outcome, written_ns=ring.safe_ns, confirmed_ns=seen_ns)
+        return told_by_loop(self._ring, self._seen_ns) if self._by_loop else self._watchers.block.best()
 
     @property
     def _by_loop(self) -> bool:

@@ -26,7 +26,7 @@ from rig.service.processes import continue_process, start_process
 from rig.service.records.recorder_messages import RunResult
 from rig.service.session.heir import Heir
 from rig.service.session.process_setups import LoopSetup
-from rig.service.session.process_watch import PathMaker, ProcessWatch
+from rig.service.session.process_watch import PathMaker, ProcessWatch, told_by_loop
 from rig.service.session.recording import SessionRecording
 from rig.service.session.session_end import SessionEnd
 from rig.service.session.watchers import WatcherEntry, Watchers, await_ready
@@ -231,7 +231,9 @@ class Session:
     def _seen_at_the_device(self, insist: Insistence | None) -> SessionEnd:
         """What became of the rig of a loop that has ended."""
         ticked, watch = self.ring.heartbeat_ns != 0, self.watch
-        if watch is None or not ticked:
+        if watch is None:  # it was given up while it opened; a loop that had the device has left safe all the same
+            return SessionEnd(ticked, told_by_loop(self.ring))
+        if not ticked:
             return SessionEnd(ticked)
         report = watch.settle(SETTLE_S)
         if report.safe or insist is None:
