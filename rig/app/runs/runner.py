@@ -105,7 +105,7 @@ def _run(
         for order in _orders(session, rig, runs, options):
             session.recording.expect(order)
         watch(session, operator, outcome, sum(planned.program.ticks for planned in runs), rig.channels)
-        if not session.recorder_alive and not outcome.recorder_lost:  # also when both ended before we could look
+        if _recorder_is_lost(session, operator) and not outcome.recorder_lost:  # also where both ended unseen
             outcome.recorder_lost = True
             outcome.error = outcome.error or f"the rig was stopped: {explain(Fault.RECORDER_DIED)}"
         outcome.error = outcome.error or ending(session, operator.asked_to_stop)
@@ -220,7 +220,7 @@ def watch(session: Session, operator: _Operator, outcome: RunOutcome, total_tick
             session.beat()
             outcome.runs += session.recording.results()
             _show(session, own, update, operator.asked_to_stop)
-            _look(session, outcome)
+            _look(session, operator, outcome)
             said = _say_trouble(session, said)
             _stop_without_a_file(session, outcome)
             time.sleep(_POLL_S)
@@ -247,11 +247,20 @@ def _stop_without_a_file(session: Session, outcome: RunOutcome) -> None:
         session.mailbox.stop()
 
 
-def _look(session: Session, outcome: RunOutcome) -> None:
+def _recorder_is_lost(session: Session, operator: _Operator) -> bool:
+    """It is gone, and not because the signal that the operator's wish came by went to all processes of the run: then it
+    has finished its file."""
+    asked = operator.asked_to_stop and session.recorder is not None and session.recorder.exitcode == 0
+    return not session.recorder_alive and not asked
+
+
+def _look(session: Session, operator: _Operator, outcome: RunOutcome) -> None:
     """A lost process ends the runs: by the safe state, at once."""
     loss = session.watch.look() if session.watch is not None else None
     if loss is None or loss.of_the_loop:
         return  # the loop's end is told when it has ended
+    if loss.fault is Fault.RECORDER_DIED and not session.recorder_alive and not _recorder_is_lost(session, operator):
+        return
     outcome.recorder_lost = loss.fault is Fault.RECORDER_DIED
     outcome.error = f"the rig was stopped: {explain(loss.fault, loss.message)}"
 
