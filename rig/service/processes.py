@@ -33,8 +33,8 @@ def allow_descriptors() -> None:
         resource.setrlimit(resource.RLIMIT_NOFILE, (most, hard))
     if most < DESCRIPTORS:
         _LOG.warning(
-            "at most %d files may be open (ulimit -Hn), where %d are needed: clients who use them up keep an emergency "
-            "stop from being heard",
+            "at most %d files may be open (ulimit -Hn), where %d are needed: where clients have used them up, nobody "
+            "but an emergency stop is heard, and no reset begins",
             most,
             DESCRIPTORS,
         )

@@ -94,7 +94,7 @@ class Server:
             made = os.lstat(path)
         except OSError as error:  # its folder cannot be looked at at present, or no descriptor is left
             raise StateError(f"{path}: cannot be made: {error.strerror}") from None
-        fresh = Listener(listening, self._serve_local, self._duty_cycle, self._stopped_at_once)
+        fresh = Listener(listening, self._serve_local, self._duty_cycle, self._stopped_at_once, spare=True)
         self._listeners.append(fresh)
         if self._bound is not None:
             self._bound.listener.retire()

@@ -8,6 +8,7 @@ making a place for a client costs a hundred times as much, and is rationed.
 import asyncio
 import contextlib
 import errno
+import os
 import socket
 from collections import deque
 from collections.abc import AsyncIterator, Awaitable, Callable
@@ -52,8 +53,11 @@ class Listener:
     """One listening socket; `serve` is called with the streams of each client that is let in."""
 
     def __init__(
-        self, listening: socket.socket, serve: Serve, duty_cycle: DutyCycleLimit, comes_first: ComesFirst
-    ) -> None:
+        self, listening: socket.socket, serve: Serve, duty_cycle: DutyCycleLimit, comes_first: ComesFirst,
+        *, spare: bool = False,
+    ) -> None:  # fmt: skip
+        """`spare`: keep a descriptor for who comes first where no other is left."""
+        self._spares, self._spare = spare, -1
         self._listening, self._serve, self._duty_cycle, self._comes_first = listening, serve, duty_cycle, comes_first
         self._loop = asyncio.get_running_loop()
         self._waiting: deque[socket.socket] = deque()
@@ -62,6 +66,7 @@ class Listener:
         self._tasks: set[asyncio.Task[None]] = set()
         self._retiring = False
         listening.setblocking(False)
+        self._keep_a_spare()
         self._loop.add_reader(listening, self._accept)
 
     def close(self) -> None:
@@ -86,13 +91,46 @@ class Listener:
         if self._listening.fileno() >= 0:
             self._loop.remove_reader(self._listening)
             self._listening.close()
+        self._give_up_the_spare()
+
+    def _keep_a_spare(self) -> None:
+        if self._spares and self._spare < 0:
+            with contextlib.suppress(OSError):  # none is left: the next that is free
+                self._spare = os.open(os.devnull, os.O_RDONLY | os.O_CLOEXEC)
+
+    def _give_up_the_spare(self) -> None:
+        spare, self._spare = self._spare, -1
+        if spare >= 0:
+            os.close(spare)
+
+    def _hear_by_the_spare(self) -> None:
+        """No descriptor is left: whoever waits to be accepted is heard by the one that is kept for it, until one comes
+        first, who has it then. Everybody else is sent away."""
+        for _ in range(_AT_ONCE):
+            if self._spare < 0:
+                return
+            self._give_up_the_spare()
+            try:
+                client, _address = self._listening.accept()
+            except OSError:
+                self._keep_a_spare()
+                return
+            client.setblocking(False)
+            said = _peeked(client)
+            if said and self._comes_first(client, said):
+                self._let_in(client)
+                return
+            client.close()
+            self._keep_a_spare()
 
     def _accept(self) -> None:
+        self._keep_a_spare()
         for _ in range(_AT_ONCE):
             try:
                 client, _address = self._listening.accept()
             except OSError as error:
                 if error.errno in (errno.EMFILE, errno.ENFILE, errno.ENOBUFS, errno.ENOMEM):
+                    self._hear_by_the_spare()
                     self._pause()
                 elif self._retiring and isinstance(error, BlockingIOError):
                     self._stop_listening()

@@ -82,7 +82,8 @@ class SessionMonitor:
             if isinstance(error, DeviceError):
                 self._left.doubt()
             fault = Fault.DEVICE_LOST if isinstance(error, DeviceError | ConfigError) else Fault.LOOP_DIED
-            self._break(fault, str(error))
+            no_room = f"this machine gives no process, descriptor or memory for it: {getattr(error, 'strerror', error)}"
+            self._break(fault, no_room if isinstance(error, OSError) else str(error))
             self._left.begin(self._second_path, parts.driver)
         else:
             left, self._left = self._left, LeftUnsafe(self._appoint)
