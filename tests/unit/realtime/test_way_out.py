@@ -3,13 +3,13 @@
 from dataclasses import dataclass
 
 import pytest
+from support.scripted import ListRing, ScriptedClock, ScriptedDevice, ScriptedOperator
 
 from rig.errors import DeviceError, DevicePending
 from rig.realtime.loop import Loop, LoopSettings
 from rig.realtime.way_out import LEAVING_NS
 from rig.rig_config import PERIODS_MS
 from rig.service.session.session import END_PATIENCE_S
-from tests.support.scripted import ListRing, ScriptedClock, ScriptedDevice, ScriptedOperator
 
 MS = 1_000_000
 FOR_EVER_NS = 10**12
