@@ -281,6 +281,8 @@ _LIBRARY: tuple[Effect, ...] = (
             bounds=CREEPS),
         Law("creep", ("share", "tau_s"), (0.05, 0.2), signs=BOTH_SIGNS, shapes=tuple({"tau_s": 3.0, "relaxed": r, "decades": 2.0} for r in (0.0, 1.0)),
             bounds=CREEPS),
+        Law("stiffness", ("stiffness", "relax_s"), (0.1, 0.4, 1.2), signs=BOTH_SIGNS, bounds={"relax_s": (0.4, 40.0)},
+            shapes=tuple({"spring": 1.0, "relax_s": t} for t in (1.0, 4.0, 15.0))),
     ), "the angle keeps moving slowly after the pressure has settled; loops wider at low frequency", "creep", "creep"),
     Effect("thermal_drift", (Law("thermal_drift", ("rate_per_min",), (0.01, 0.05, 0.2, 0.6), signs=BOTH_SIGNS),
                              Law("thermal_drift", ("rate_per_min", "about_deg"), (0.01, 0.05, 0.2), signs=BOTH_SIGNS, shapes=ABOUT, counted={"about_deg": "span_deg"}, bounds={"about_deg": (-2.0, 2.0)}),

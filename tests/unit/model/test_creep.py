@@ -48,3 +48,16 @@ def test_creep_over_two_decades_loses_as_much_at_every_frequency_between(
     """From the slowest of its times to the quickest; with one time constant most is lost at its own frequency."""
     lost = [width(f, decades) for f in (0.013, 0.025, 0.053, 0.11, 0.22)]
     assert least <= max(lost) / min(lost) <= most
+
+
+@given(st.floats(0.05, 2.0), st.floats(0.4, 20.0))
+def test_a_spring_that_relaxes_gives_way_as_maxwells_element_does(more: float, relax_s: float) -> None:
+    """Of a step to 10 deg: 10 / (1 + k) at once, and all of it with the time constant (1 + k) T."""
+    entry = EFFECT_STAGES["stiffness"]
+    known = entry.neutral() | {"stiffness": more, "spring": 1.0, "relax_s": relax_s}
+    params = np.array([known[name] for name in entry.parameters])
+    y = np.concatenate([np.zeros(5), np.full(2000, 10.0)])
+    compiled(entry.stage)(y.copy(), y.copy(), y, np.zeros(entry.state_size), params, DT_S)
+    t = DT_S * np.arange(2000)
+    wanted = 10.0 * (1.0 - more / (1.0 + more) * np.exp(-t / ((1.0 + more) * relax_s)))
+    np.testing.assert_allclose(y[5:], wanted, atol=10.0 * DT_S / relax_s)

@@ -135,6 +135,9 @@ def _muscle(numbers: Numbers) -> str:
 
 
 def _creep(numbers: Numbers) -> str:
+    if "relax_s" in numbers:
+        firmer = _more(numbers, "stiffness", "stiffer", "softer")
+        return f"Quick motion meets a joint that is {size(numbers['stiffness'])} {firmer}, which gives way over about {size(numbers['relax_s'])}"
     on = _more(numbers, "share", "goes on", "comes back")
     return f"Once the pressures have settled the angle still {on} by {size(numbers['share'])}, over about {size(numbers['tau_s'])}"
 
