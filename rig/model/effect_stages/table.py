@@ -186,7 +186,7 @@ OWN_STAGES: dict[str, EffectStage] = {
             _P("stiffness", "1", -0.8, 4.0, 0.0, "relative change of what holds the joint at its angle"),
             _P("spring", "1", 0.0, 1.0, 0.0, "1 by a spring beside the joint, 0 by what sends it to its angles"),
             _P("rise_per_min", "1/min", -2.0, 8.0, 0.0, "how fast that changes through a record"),
-            _P("relax_s", "s", 0.0, 1000.0, 0.0, "time in which the spring comes to rest at the joint; 0: it never does"),
+            _P("relax_s", "s", 0.0, 1000.0, 0.0, "time in which the spring comes to rest; 0: it never does"),
         ),
         "stiffness",
     ),
