@@ -268,7 +268,8 @@ _LIBRARY: tuple[Effect, ...] = (
     Effect("co_contraction", (Law("co_contraction", ("shift_mpa",), FINE, signs=BOTH_SIGNS),),
            "both pressures off by the same constant; the angle's gain changes against it", "gain", "co_contraction",
            two_muscles=True, as_another_p0=True, allowed=REPEATABILITY, also_right=("valve",)),
-    Effect("muscle_mismatch", (Law("muscle_mismatch", ("mismatch",), FAR, signs=BOTH_SIGNS, shapes=_both(*ONE_VALVE)),),
+    Effect("muscle_mismatch", (Law("muscle_mismatch", ("mismatch",), FAR, signs=BOTH_SIGNS, shapes=_both(*ONE_VALVE)),
+                               Law("sensor_offset", ("offset_deg",), (0.005, 0.02, 0.1, 0.4), "span_deg", BOTH_SIGNS)),
            "the angle is off, and its gain a little, as if one pressure counted more", "offset", "mismatch", two_muscles=True, absorbed=True),
     Effect("leak", (
         Law("leak", ("loss",), FAR, shapes=(*EITHER_MUSCLE, *CHOKED_LEAK)),
@@ -289,6 +290,8 @@ _LIBRARY: tuple[Effect, ...] = (
                              Law("stiffness", ("rise_per_min",), (0.3, 1.0, 3.0)), Law("stiffness", ("rise_per_min",), (-0.2, -0.6, -1.5)),
                              Law("heated_muscles", ("rate_per_min", "balance"), (0.05, 0.2, 0.6), signs=BOTH_SIGNS, shapes=({"heat_s": 30.0},), bounds={"balance": (-1.0, 1.0)}),
                              Law("one_muscle_warms", ("rate_per_min",), (0.01, 0.05, 0.2, 0.6), signs=BOTH_SIGNS, shapes=EITHER_MUSCLE),
+                             Law("sensor_drift", ("rate_deg_min",), (0.02, 0.1, 0.5), "span_deg", BOTH_SIGNS),
+                             Law("slipping_sensor", ("share",), (3e-4, 1e-3, 3e-3, 1e-2), signs=BOTH_SIGNS),
                              Law("thermal_drift", ("rate_per_min",), SLOWLY, signs=BOTH_SIGNS, shapes=(ALL_SESSION,)),
                              Law("one_muscle_warms", ("rate_per_min",), SLOWLY, signs=BOTH_SIGNS, shapes=tuple(one | ALL_SESSION for one in EITHER_MUSCLE))),
            "the amplitude grows or shrinks through each record or through the session, and the angle wanders where one muscle warms more", "drift", "thermal"),

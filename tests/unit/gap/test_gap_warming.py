@@ -9,6 +9,7 @@ from support.plants.gap_rigs import session
 
 from rig.gap import diagnose
 from rig.gap.answer.words.sentences import headline
+from rig.model.effect_stages import EFFECT_STAGES
 from rig.model.parameters import AddedEffect
 from rig.record import Column, Record
 
@@ -104,3 +105,20 @@ def test_a_sensor_that_slips_as_the_joint_moves_is_no_warming() -> None:
     assert headline(found)[0].startswith(
         "The sensor's zero wanders upwards as the joint moves, by 0.50 % of its travel"
     )
+
+
+@pytest.mark.parametrize(
+    ("effect", "size", "either"),
+    [
+        ("sensor_offset", {"offset_deg": 3.0}, "muscle_mismatch"),
+        ("sensor_drift", {"rate_deg_min": 8.0}, "thermal_drift"),
+        ("slipping_sensor", {"share": 0.005}, "thermal_drift"),
+    ],
+)
+def test_a_shift_of_the_angle_may_be_the_muscles(effect: str, size: dict[str, float], either: str) -> None:
+    """Of muscles whose angle goes with the logarithm of the pressures' ratio another force is a pure shift: it was the
+    sensor, with 1.00."""
+    cause = diagnose(None, session(222, AddedEffect(effect, size)), [session(221)]).causes[0]
+    assert cause.effect == EFFECT_STAGES[effect].effect
+    assert either in cause.ambiguous_with
+    assert 0.5 < cause.confidence < 0.9

@@ -121,6 +121,8 @@ def _and_after(during: EffectSentence) -> EffectSentence:
 
 
 def _mismatch(numbers: Numbers) -> str:
+    if "offset_deg" in numbers:
+        return f"The muscles pull unequally: the joint stands {size(numbers['offset_deg'])} {_more(numbers, 'offset_deg', 'higher', 'lower')} {{than}}"
     whose = _valves(numbers, "Muscle 1, against muscle 2,", "Muscle {}")
     more, less = ("less", "more") if whose == "Muscle 2" else ("more", "less")
     return f"{whose} pulls {size(numbers['mismatch'])} {_more(numbers, 'mismatch', more, less)} {{than}}"
@@ -164,6 +166,14 @@ def through(numbers: Numbers) -> str:
 
 
 def _warming(numbers: Numbers) -> str:
+    if "share" in numbers:
+        way = _more(numbers, "share", "upwards", "downwards")
+        return (
+            f"Muscles that warm unequally as they work move the joint {way}, by {size(numbers['share'])} of its travel"
+        )
+    if "rate_deg_min" in numbers:
+        way = _more(numbers, "rate_deg_min", "upwards", "downwards")
+        return f"Muscles that warm unequally move the joint by {size(numbers['rate_deg_min'])} {way}"
     if "muscle" in numbers:
         stronger = _more(numbers, "rate_per_min", "stronger", "weaker")
         return f"{_muscle(numbers)} gets {stronger} by {size(numbers['rate_per_min'])}{through(numbers)}"
