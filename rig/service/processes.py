@@ -6,6 +6,7 @@ import os
 import resource
 import signal
 import sys
+import threading
 import time
 from collections.abc import Iterator, Sequence
 from multiprocessing.connection import Connection
@@ -14,6 +15,8 @@ from multiprocessing.resource_tracker import ensure_running
 from pathlib import Path
 from types import ModuleType
 from typing import Any, Final
+
+from rig.service.signals import own_signals
 
 _LOG = logging.getLogger("pamrig")
 DISK_PATIENCE_S: Final = 60.0
@@ -62,12 +65,27 @@ def start_process(process: BaseProcess) -> None:
     who commands."""
     ensure_running()  # multiprocessing's own helper would lift the mask when it is started on the way
     _stand_somewhere()
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-    try:
-        with _without_main():
-            process.start()
-    finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+    with _struck_afterwards():
+        before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+        try:
+            with _without_main():
+                process.start()
+        finally:
+            signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+@contextlib.contextmanager
+def _struck_afterwards() -> Iterator[None]:
+    """What tells this process to end strikes when the new one has all that it is started with; else that one ends by a
+    traceback. It is deaf to no signal itself: handlers are not inherited, as a mask would be."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    struck: list[int] = []
+    with own_signals(lambda number, _: struck.append(number)):
+        yield
+    for number in struck:
+        signal.raise_signal(number)
 
 
 def _stand_somewhere() -> None:

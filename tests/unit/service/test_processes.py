@@ -1,11 +1,12 @@
 """Pauses before a process that died is started anew, and what a daemon may open."""
 
 import resource
+import signal
 
 import pytest
 
 from rig.service import processes
-from rig.service.processes import DESCRIPTORS, STEADY_S, RestartDelays, allow_descriptors
+from rig.service.processes import DESCRIPTORS, STEADY_S, RestartDelays, allow_descriptors, start_process
 
 PAUSES_S = (0.0, 2.0, 10.0)
 
@@ -39,6 +40,33 @@ def test_one_that_lived_for_long_did_not_die_in_a_row(
     clock, pauses = Clock(monkeypatch), RestartDelays(PAUSES_S)
     assert [clock.lives(pauses, 1.0) for _ in range(3)] == [2.0, 10.0, 10.0]
     assert clock.lives(pauses, lived_s) == pause_s
+
+
+class StruckAsItStarts:
+    """A process; while it is given what it is started with, the one that starts it is told to end."""
+
+    def __init__(self, number: signal.Signals) -> None:
+        self._number, self.is_whole = number, False
+
+    def start(self) -> None:
+        signal.raise_signal(self._number)
+        self.is_whole = True
+
+
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP, signal.SIGINT])
+def test_a_process_is_started_whole_whatever_tells_the_other_one_to_end(number: signal.Signals) -> None:
+    """It ended by a traceback at the terminal, for want of what it was to be given."""
+
+    def told(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    before, process = signal.signal(number, told), StruckAsItStarts(number)
+    try:
+        with pytest.raises(KeyboardInterrupt):
+            start_process(process)  # type: ignore[arg-type]
+    finally:
+        signal.signal(number, before)
+    assert process.is_whole
 
 
 @pytest.mark.parametrize(
