@@ -250,7 +250,8 @@ def _stop_without_a_file(session: Session, outcome: RunOutcome) -> None:
 def _recorder_is_lost(session: Session, operator: _Operator) -> bool:
     """It is gone, and not because the signal that the operator's wish came by went to all processes of the run: then it
     has finished its file."""
-    asked = operator.asked_to_stop and session.recorder is not None and session.recorder.exitcode == 0
+    told = (0, -signal.SIGTERM)  # by a second one it ends on the spot, when its file is finished and it hears no more
+    asked = operator.asked_to_stop and session.recorder is not None and session.recorder.exitcode in told
     return not session.recorder_alive and not asked
 
 
