@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from rig.errors import RecordError
 from rig.further_channels import PLACES, furthers_of
 from rig.log.mcap import schema
 from rig.log.mcap.collector import LogLine
@@ -108,7 +109,10 @@ def _comparison_messages(writer: RunWriter, comparison: ReplayComparison | None)
 
 
 def write_record(record: Record, path: Path, facts: Mapping[str, Any]) -> Path:
-    """Write columns over time as a finished log; no run loop was there, and `facts` should say what was."""
+    """Write columns over time as a finished log; no run loop was there, and `facts` should say what was: `started_ns`,
+    since 1970, when it began. RecordError for facts that cannot be so."""
+    for name, allowed in schema.unsound(facts).items():
+        raise RecordError(f"{path}: fact {name}: {facts[name]!r:.60}; allowed: {allowed}")
     return write_content(content_of_record(record, facts), path)
 
 

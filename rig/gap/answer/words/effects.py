@@ -10,10 +10,12 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 from rig.gap.answer.result import Interval
-from rig.gap.answer.words.sizes import share, size
+from rig.gap.answer.words.sizes import percent, share, size
 from rig.gap.raw_tests.converter_codes import CUT_OFF, ConverterCode
 from rig.model.effect_stages import WHOLE_SESSION
 
+SOFT_STOP = 0.1
+"""Share of the motion that a stop gives way by from which on it is told: the joint goes on beyond it."""
 Numbers = Mapping[str, Interval]
 EffectSentence = Callable[[Numbers], str]
 
@@ -205,7 +207,9 @@ def _stiffness(numbers: Numbers) -> str:
 def _end_stop(numbers: Numbers) -> str:
     names = [name for name in ("low_deg", "high_deg") if name in numbers and abs(value(numbers, name)) < 180.0]
     places = " and ".join(f"where it reads {size(numbers[name], signed=True)}" for name in names)
-    return f"The angle meets a stop {places}"
+    gives = value(numbers, "give")
+    soft = f"; it gives way there by {percent(gives)} of what the joint would go on" if gives >= SOFT_STOP else ""
+    return f"The angle meets a stop {places}{soft}"
 
 
 def _bent(numbers: Numbers) -> str:

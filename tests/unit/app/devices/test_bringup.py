@@ -2,6 +2,7 @@
 
 import contextlib
 import math
+import re
 import signal
 import threading
 import time
@@ -307,7 +308,7 @@ def test_ctrl_c_ends_the_trying_with_an_honest_word() -> None:
         ticker.go_to(0.3, 0.3)
     said = str(lost.value)
     assert said.startswith("scripted: gone; NOT SAFE as far as is known: old set-points may stand, open the dump valve")
-    assert said.endswith("given up by Ctrl-C or a signal after 0 s of trying")
+    assert re.search(r"given up by Ctrl-C or a signal after \d+ s of trying$", said)
     assert not device.is_open
 
 
