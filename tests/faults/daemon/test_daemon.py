@@ -308,8 +308,12 @@ def test_a_state_folder_that_is_away_for_a_while_loses_nothing(bench: FaultBench
     finally:
         away.rename(bench.state)
     bench.wait(lambda: any("estop" in box for box in client.status()["black_boxes"]), "the black box")
-    kept = json.loads((bench.state / "queue.json").read_text())
-    assert [job["state"] for job in kept["jobs"] if job["name"] == bench.sweep.stem][-1] == "stopped"
+
+    def kept() -> str:
+        jobs = json.loads((bench.state / "queue.json").read_text())["jobs"]
+        return str([job["state"] for job in jobs if job["name"] == bench.sweep.stem][-1])
+
+    bench.wait(lambda: kept() == "stopped", "the queue")  # written anew when the folder is looked at the next time
 
 
 def test_a_daemon_whose_state_folder_was_removed_leaves_its_black_box_to_the_next(
