@@ -124,11 +124,9 @@ def weigh(question: Question) -> tuple[list[Signature], Expected, tuple[Posterio
 
 def _fingerprint(question: Question) -> Fingerprint | None:
     """The model's, where it is the reference."""
-    return (
-        question.model.fingerprint
-        if question.model is not None and question.kind is ReferenceKind.FINGERPRINT
-        else None
-    )
+    if question.model is None or question.kind is not ReferenceKind.FINGERPRINT:
+        return None
+    return question.model.fingerprint
 
 
 def _misfit_deg(model: Model, expected: Expected) -> float | None:

@@ -46,6 +46,9 @@ SURE = 0.9
 WORTH = 0.25
 """Share of that rest from which on a rival is named."""
 
+SOFT_STOP = 0.1
+"""Share of the motion that a stop gives way by from which on it is told: the joint goes on beyond it."""
+
 # Words of re-tuning
 LEAST_TOLD = 0.05
 """Part of what re-tuning closes from which on a number is told behind a move. Less: numbers that nobody needs."""

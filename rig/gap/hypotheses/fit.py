@@ -40,6 +40,11 @@ RUNS_AWAY = 1e6
 """A change beyond this, in deg or MPa, is none that a rig can show."""
 
 
+def runs_away(change: Column) -> bool:
+    """Whether a change is beyond that anywhere, or not finite."""
+    return not bool(np.max(np.abs(change)) < RUNS_AWAY)
+
+
 @dataclass(frozen=True)
 class ForwardModel:
     """A factor with what it takes to say what a cause changes in it."""
@@ -74,7 +79,7 @@ class ForwardModel:
         sizes = self._likeliest(residual)
         with np.errstate(invalid="ignore", over="ignore"):
             moved = unsure.at(sizes, cause)
-        if not max(np.max(np.abs(moved.patterns)), np.max(np.abs(moved.nonlinear))) < RUNS_AWAY:
+        if runs_away(moved.patterns) or runs_away(moved.nonlinear):
             return self
         patterns = factor.healthy.patterns.copy()
         patterns[:, unsure.which] = factor.lines.of(moved.patterns) * unsure.spread * unsure.times[:, None]
@@ -301,8 +306,8 @@ class _Trial:
         asked = (*x, *fixed.items())
         if asked not in self._computed:
             change = self.forward.changed_by(self.applied(x, fixed))
-            stays = np.max(np.abs(change)) < RUNS_AWAY
-            moved = self.forward.factor.lines.of(change) if stays else np.full_like(self.gap, np.nan)
+            gone = runs_away(change)
+            moved = np.full_like(self.gap, np.nan) if gone else self.forward.factor.lines.of(change)
             self._computed[asked] = change, moved
         return self._computed[asked]
 
@@ -321,7 +326,7 @@ class _Trial:
         """Chi-square of what the law leaves with each of these free and fixed numbers, not finite where it runs away:
         what it changes becomes lines in one go."""
         changes = [self.forward.changed_by(self.applied(x, fixed)) for x, fixed in tried]
-        stays = [bool(np.max(np.abs(change)) < RUNS_AWAY) for change in changes]
+        stays = [not runs_away(change) for change in changes]
         if not any(stays):
             return [np.inf] * len(tried)
         columns = np.column_stack([change for change, stay in zip(changes, stays, strict=True) if stay])

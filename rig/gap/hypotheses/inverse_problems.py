@@ -154,9 +154,7 @@ def angle_forward(expected: Expected, settings: Fitted, whole: Expected | None =
         factor = factor.standing_off(ZERO_AT_REST * parts.span)
     if expected.driven:
         factor = factor.doubting(mean_doubt(contexts, base, response))
-    if (
-        expected.driven and expected.kind is not ReferenceKind.SIMULATOR
-    ):  # a simulator is asked itself under these pressures
+    if expected.driven and expected.kind is not ReferenceKind.SIMULATOR:  # which is asked itself under these
         factor = _answering_other_pressures(factor, expected, settings.prior)
     factor = factor.at_least(expected.missed_deg).less_sure(_where_fast(factor.lines, expected), parts.noise)
     factor = factor.noisier(expected.anew_deg**2 + expected.signatures_deg2)

@@ -202,6 +202,11 @@ finds from smaller ones."""
 TIMES = (0.004, 0.008, 0.016, 0.03, 0.06, 0.12, 0.25)
 ITV_SPAN_MPA = 0.5
 WDD35D8_SPAN_DEG = 345.0
+SHIFTED = Law("sensor_offset", ("offset_deg",), (0.005, 0.02, 0.1, 0.4), "span_deg", BOTH_SIGNS)
+DRIFTS = Law("sensor_drift", ("rate_deg_min",), (0.02, 0.1, 0.5), "span_deg", BOTH_SIGNS)
+SLIPS = Law("slipping_sensor", ("share",), (3e-4, 1e-3, 3e-3, 1e-2), signs=BOTH_SIGNS)
+"""What a sensor does to the angle, and muscles of some classes do as well: a constant, a steady drift, a drift by the joint's travel
+(docs/decisions/0671)."""
 REPEATABILITY = Allowed(0.005 * ITV_SPAN_MPA, "SMC ITV: repeatability 0.5 % of full scale")
 
 _LIBRARY: tuple[Effect, ...] = (
@@ -269,7 +274,7 @@ _LIBRARY: tuple[Effect, ...] = (
            "both pressures off by the same constant; the angle's gain changes against it", "gain", "co_contraction",
            two_muscles=True, as_another_p0=True, allowed=REPEATABILITY, also_right=("valve",)),
     Effect("muscle_mismatch", (Law("muscle_mismatch", ("mismatch",), FAR, signs=BOTH_SIGNS, shapes=_both(*ONE_VALVE)),
-                               Law("sensor_offset", ("offset_deg",), (0.005, 0.02, 0.1, 0.4), "span_deg", BOTH_SIGNS)),
+                               SHIFTED),
            "the angle is off, and its gain a little, as if one pressure counted more", "offset", "mismatch", two_muscles=True, absorbed=True),
     Effect("leak", (
         Law("leak", ("loss",), FAR, shapes=(*EITHER_MUSCLE, *CHOKED_LEAK)),
@@ -290,8 +295,8 @@ _LIBRARY: tuple[Effect, ...] = (
                              Law("stiffness", ("rise_per_min",), (0.3, 1.0, 3.0)), Law("stiffness", ("rise_per_min",), (-0.2, -0.6, -1.5)),
                              Law("heated_muscles", ("rate_per_min", "balance"), (0.05, 0.2, 0.6), signs=BOTH_SIGNS, shapes=({"heat_s": 30.0},), bounds={"balance": (-1.0, 1.0)}),
                              Law("one_muscle_warms", ("rate_per_min",), (0.01, 0.05, 0.2, 0.6), signs=BOTH_SIGNS, shapes=EITHER_MUSCLE),
-                             Law("sensor_drift", ("rate_deg_min",), (0.02, 0.1, 0.5), "span_deg", BOTH_SIGNS),
-                             Law("slipping_sensor", ("share",), (3e-4, 1e-3, 3e-3, 1e-2), signs=BOTH_SIGNS),
+                             DRIFTS,
+                             SLIPS,
                              Law("thermal_drift", ("rate_per_min",), SLOWLY, signs=BOTH_SIGNS, shapes=(ALL_SESSION,)),
                              Law("one_muscle_warms", ("rate_per_min",), SLOWLY, signs=BOTH_SIGNS, shapes=tuple(one | ALL_SESSION for one in EITHER_MUSCLE))),
            "the amplitude grows or shrinks through each record or through the session, and the angle wanders where one muscle warms more", "drift", "thermal"),
@@ -327,9 +332,9 @@ _LIBRARY: tuple[Effect, ...] = (
         Law("end_stop", ("high_deg", "low_deg", "give"), (0.97, 0.92, 0.86, 0.8, 0.72, 0.65, 0.55, 0.45), "high_deg", bounds={"give": (0.0, 0.6)}, shapes=BOTH_STOPS),
     ), "the angle is cut off at one height while the pressures go on", "cut", "stop"),
     Effect("sensor_gain", (Law("sensor_gain", ("gain",), FINE, signs=BOTH_SIGNS),), "the angle is off in proportion to itself", "gain", "sensor_gain", absorbed=True),
-    Effect("sensor_offset", (Law("sensor_offset", ("offset_deg",), (0.005, 0.02, 0.1, 0.4), "span_deg", BOTH_SIGNS),), "the angle is off by a constant", "offset", "sensor_offset", absorbed=True),
-    Effect("sensor_drift", (Law("sensor_drift", ("rate_deg_min",), (0.02, 0.1, 0.5), "span_deg", BOTH_SIGNS),
-                            Law("slipping_sensor", ("share",), (3e-4, 1e-3, 3e-3, 1e-2), signs=BOTH_SIGNS),
+    Effect("sensor_offset", (SHIFTED,), "the angle is off by a constant", "offset", "sensor_offset", absorbed=True),
+    Effect("sensor_drift", (DRIFTS,
+                            SLIPS,
                             Law("sensor_drift", ("rate_deg_min",), SLOWLY, "span_deg", BOTH_SIGNS, shapes=(ALL_SESSION,))),
            "the angle wanders steadily through each record or through the session, or by as much as the joint moves", "drift", "drift"),
     Effect("sensor_nonlinearity", (

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rig.gap.hypotheses.fit import RUNS_AWAY
+from rig.gap.hypotheses.fit import runs_away
 from rig.gap.hypotheses.inverse_problems import InverseProblem
 from rig.gap.hypotheses.library import Effect, Law
 from rig.gap.response.causes import Applied
@@ -84,7 +84,7 @@ def sized(law: Law, shape: Mapping[str, float], size: float, problem: InversePro
     numbers = {number.name: number.neutral for number in EFFECT_STAGES[law.stage].numbers if number.name in law.free}
     values = law.with_tied(numbers | dict(shape) | {law.free[0]: size})
     change = problem.forward.changed_by(Applied(law.stage, values))
-    return change if float(np.max(np.abs(change))) < RUNS_AWAY else None
+    return None if runs_away(change) else change
 
 
 def ladder(law: Law, sign: float, problem: InverseProblem) -> list[float]:

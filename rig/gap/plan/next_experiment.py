@@ -14,7 +14,7 @@ import numpy as np
 
 from rig.excite.experiment import Entry, RunPlan, Waves
 from rig.gap.evidence.posterior import Posterior
-from rig.gap.hypotheses.fit import RUNS_AWAY, Fit
+from rig.gap.hypotheses.fit import Fit, runs_away
 from rig.gap.hypotheses.inverse_problems import InverseProblem
 from rig.gap.hypotheses.law_errors import later_pattern, rough_lines
 from rig.gap.hypotheses.library import Law
@@ -210,8 +210,7 @@ def _weigh(problem: InverseProblem, rivals: Sequence[Hypothesis], lasted_s: floa
 
 def _held(change: Column) -> Column:
     """(n,) a change, none where its law runs away: of records that it does not hold for nothing is promised."""
-    runs_away = not np.max(np.abs(change)) < RUNS_AWAY
-    return np.zeros_like(change) if runs_away else change
+    return np.zeros_like(change) if runs_away(change) else change
 
 
 def as_rough(problem: InverseProblem, wrong: Column) -> InverseProblem:

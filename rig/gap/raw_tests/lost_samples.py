@@ -4,11 +4,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from rig.gap.raw_tests.settings import GOES_WITH_LOST
 from rig.gap.records.dropouts import Rows
 from rig.record import Column, Record
-
-WITHIN = 0.75
-"""Of the record's period: rows of another one that lie so close to a lost sample go with it."""
 
 
 @dataclass(frozen=True)
@@ -23,7 +21,7 @@ class LostSamples:
 
     def rows(self, t_s: Column, lost_s: Column) -> Rows:
         """(n,) which rows at these times go with the lost ones."""
-        return np.abs(t_s - _nearest(lost_s, t_s)) < WITHIN * self.period_s
+        return np.abs(t_s - _nearest(lost_s, t_s)) < GOES_WITH_LOST * self.period_s
 
 
 def lost_samples(record: Record) -> LostSamples:

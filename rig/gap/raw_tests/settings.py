@@ -84,6 +84,9 @@ LOST_PLACE = 0.4
 spot, beyond 0.4 by chance for 20 lost samples once in 500. More: dead spots pass for lost samples."""
 MOST_LOST = 0.9
 """Largest share that the effect's stage takes."""
+GOES_WITH_LOST = 0.75
+"""Of the record's period: rows of another record that lie so close to a lost sample are bridged with it. Less: some of
+them stay where it is sampled faster; more: neighbours go as well."""
 
 # noise
 UNEVEN = 0.2

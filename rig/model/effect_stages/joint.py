@@ -40,6 +40,7 @@ def stiffness(p1: Values, p2: Values, y: Values, state: Values, params: Sequence
     `load_deg`; params: those of `balance_again`, then stiffness, spring (0 or 1), rise_per_min, relax_s.
     """
     radian = math.pi / 180.0
+    comes = 1.0 - math.exp(-dt_s / params[16]) if params[16] > 0.0 else 0.0
     for i in range(len(y)):
         if state[0] == 0.0:
             state[0], state[1], state[3] = 1.0, y[i], y[i]
@@ -50,8 +51,7 @@ def stiffness(p1: Values, p2: Values, y: Values, state: Values, params: Sequence
         pulled_to = equilibrium_angle(y[i], state, params, dt_s) + weight
         held = pulled_to + params[14] * (1.0 - counts) * (state[STATE_SIZE + 1] - pulled_to)
         y[i] = balanced_angle(held, counts, counts, state, params, dt_s)
-        if params[16] > 0.0:
-            state[STATE_SIZE + 1] += (1.0 - math.exp(-dt_s / params[16])) * (y[i] - state[STATE_SIZE + 1])
+        state[STATE_SIZE + 1] += comes * (y[i] - state[STATE_SIZE + 1])
 
 
 def backlash(p1: Values, p2: Values, y: Values, state: Values, params: Sequence[float], dt_s: float) -> None:

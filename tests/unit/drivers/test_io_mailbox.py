@@ -4,7 +4,7 @@ import os
 from pathlib import Path
 
 import pytest
-from support.rigs.own_mailbox import own_mailbox
+from support.own_mailbox import own_mailbox
 
 from drivers.io_process import mailbox as mailboxes
 from drivers.io_process.mailbox import IoMailbox, LinkState, OutputsMode, Report, Trip

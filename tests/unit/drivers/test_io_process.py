@@ -6,7 +6,7 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
-from support.rigs.own_mailbox import own_mailbox
+from support.own_mailbox import own_mailbox
 
 from drivers.io_process import worker as workers
 from drivers.io_process.mailbox import IoMailbox, LinkState, OutputsMode, Trip

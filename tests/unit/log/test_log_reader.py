@@ -392,15 +392,3 @@ def test_a_folder_has_the_files_whose_suffix_is_in_capitals(tmp_path: Path) -> N
     made_log(tmp_path / "run.MCAP", 400)
     (tmp_path / "run.CSV").write_text("a table beside its recording counts once")
     assert [record.name for record in read(tmp_path)] == [SINE, "lower", "packed", SINE]
-
-
-@pytest.mark.parametrize("started", ["1790000000000000000", 1.5, -1])
-def test_a_record_is_not_written_with_a_time_that_is_none(tmp_path: Path, started: Any) -> None:
-    """Text was written as 0, without a word: no record of the session knew when it began."""
-    (tmp_path / "sine.csv").write_text(HEADER + ROWS)
-    (record,) = read(tmp_path / "sine.csv")
-    with pytest.raises(RecordError, match=r"made.mcap: fact started_ns: .* allowed: a whole number from 0 to"):
-        write_record(record, tmp_path / "made.mcap", {"started_ns": started})
-    assert not (tmp_path / "made.mcap").exists()
-    write_record(record, tmp_path / "made.mcap", {"started_ns": 1_790_000_000_000_000_000})
-    assert read(tmp_path / "made.mcap")[0].facts["started_ns"] == 1_790_000_000_000_000_000

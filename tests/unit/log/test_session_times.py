@@ -3,10 +3,14 @@
 from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
+from rig.errors import RecordError
+from rig.log.convert import write_record
+from rig.log.reader import read
 from rig.log.session_times import LONGEST_SESSION_S, are_numbered, begun_s
 from rig.record import Record
 
@@ -120,3 +124,15 @@ def test_numbered_files_follow_one_another_in_the_order_of_their_numbers() -> No
 def test_what_is_no_number_of_a_file_is_none(names: tuple[str, ...]) -> None:
     assert begun_s(files(*names)).tolist() == [0.0] * len(names)
     assert not are_numbered(files(*names))
+
+
+@pytest.mark.parametrize("started", ["1790000000000000000", 1.5, -1])
+def test_a_record_is_not_written_with_a_time_that_is_none(tmp_path: Path, started: Any) -> None:
+    """Text was written as 0, without a word: no record of the session knew when it began."""
+    (tmp_path / "sine.csv").write_text("t_s,dp_cmd_mpa,angle_deg\n0,0,0\n0.005,0.01,1.5\n0.010,0.02,3\n")
+    (sine,) = read(tmp_path / "sine.csv")
+    with pytest.raises(RecordError, match=r"made.mcap: fact started_ns: .* allowed: a whole number from 0 to"):
+        write_record(sine, tmp_path / "made.mcap", {"started_ns": started})
+    assert not (tmp_path / "made.mcap").exists()
+    write_record(sine, tmp_path / "made.mcap", {"started_ns": 1_790_000_000_000_000_000})
+    assert read(tmp_path / "made.mcap")[0].facts["started_ns"] == 1_790_000_000_000_000_000

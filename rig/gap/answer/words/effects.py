@@ -10,12 +10,11 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 from rig.gap.answer.result import Interval
+from rig.gap.answer.settings import SOFT_STOP
 from rig.gap.answer.words.sizes import percent, share, size
 from rig.gap.raw_tests.converter_codes import CUT_OFF, ConverterCode
 from rig.model.effect_stages import WHOLE_SESSION
 
-SOFT_STOP = 0.1
-"""Share of the motion that a stop gives way by from which on it is told: the joint goes on beyond it."""
 Numbers = Mapping[str, Interval]
 EffectSentence = Callable[[Numbers], str]
 
@@ -39,6 +38,10 @@ def value(numbers: Numbers, name: str, usual: float = 0.0) -> float:
 
 def _more(numbers: Numbers, name: str, more: str, less: str) -> str:
     return more if value(numbers, name) >= 0.0 else less
+
+
+def _way(numbers: Numbers, name: str) -> str:
+    return _more(numbers, name, "upwards", "downwards")
 
 
 def _valves(numbers: Numbers, both: str, single: str) -> str:
@@ -169,13 +172,9 @@ def through(numbers: Numbers) -> str:
 
 def _warming(numbers: Numbers) -> str:
     if "share" in numbers:
-        way = _more(numbers, "share", "upwards", "downwards")
-        return (
-            f"Muscles that warm unequally as they work move the joint {way}, by {size(numbers['share'])} of its travel"
-        )
+        return f"Muscles that warm unequally as they work move the joint {_way(numbers, 'share')}, by {size(numbers['share'])} of its travel"
     if "rate_deg_min" in numbers:
-        way = _more(numbers, "rate_deg_min", "upwards", "downwards")
-        return f"Muscles that warm unequally move the joint by {size(numbers['rate_deg_min'])} {way}"
+        return f"Muscles that warm unequally move the joint by {size(numbers['rate_deg_min'])} {_way(numbers, 'rate_deg_min')}"
     if "muscle" in numbers:
         stronger = _more(numbers, "rate_per_min", "stronger", "weaker")
         return f"{_muscle(numbers)} gets {stronger} by {size(numbers['rate_per_min'])}{through(numbers)}"
@@ -192,10 +191,8 @@ def _warming(numbers: Numbers) -> str:
 
 def _sensor_drift(numbers: Numbers) -> str:
     if "share" in numbers:
-        way = _more(numbers, "share", "upwards", "downwards")
-        return f"The sensor's zero wanders {way} as the joint moves, by {size(numbers['share'])} of its travel"
-    way = _more(numbers, "rate_deg_min", "upwards", "downwards")
-    return f"The sensor's zero wanders by {size(numbers['rate_deg_min'])} {way}{through(numbers)}"
+        return f"The sensor's zero wanders {_way(numbers, 'share')} as the joint moves, by {size(numbers['share'])} of its travel"
+    return f"The sensor's zero wanders by {size(numbers['rate_deg_min'])} {_way(numbers, 'rate_deg_min')}{through(numbers)}"
 
 
 def _stiffness(numbers: Numbers) -> str:

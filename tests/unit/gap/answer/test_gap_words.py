@@ -53,14 +53,6 @@ def test_the_first_lines_are_understood_at_once() -> None:
     ]
 
 
-@pytest.mark.parametrize(("give", "soft"), [(0.02, ""), (0.55, "; it gives way there by 55 % of what")])
-def test_a_stop_that_gives_way_is_told_as_that(give: float, soft: str) -> None:
-    """A bearing that is rough at one place was a stop at 5.7 deg, and in another record the joint stood at 21 deg."""
-    stop = cause("end_stop", high_deg=(5.7, 5.5, 5.9, "deg"), give=(give, give, give, "1"))
-    said = headline(told(stop))[0]
-    assert said.startswith(f"The angle meets a stop where it reads 5.7 deg{soft}")
-
-
 @pytest.mark.parametrize(
     ("effect", "numbers", "reference", "said"),
     [
