@@ -284,6 +284,11 @@ class Prior:
     """How rough a law is on another build, over its usual error: points of that distribution, each as likely as the
     others; fitted by `pamrig gap study laws`, each family beside the others (docs/decisions/0585). Larger: an effect
     whose law fits badly is named in place of something unknown, or of one whose law is usually rough."""
+    answer: float
+    """By how many times the share by which a description of the rig misses the angles that it was made from it may as
+    well miss what other pressures change in the angle; as likely as not. Fitted by `pamrig gap study laws`
+    (docs/decisions/0672). Larger: behind a valve's fault something unknown is seldom said, and a second cause is seldom
+    found."""
     rho_scale: float
     """Factor on every law's usual error. Larger: rough and exact laws come closer."""
     rho_lines: float

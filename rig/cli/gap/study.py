@@ -260,16 +260,27 @@ def odds(
 
 
 @study.command(short_help="Fit how rough the effects' laws are.")
+@click.option(
+    "--effect",
+    "effects",
+    multiple=True,
+    metavar="NAME",
+    help="Fit the laws of this effect and keep the others. Repeatable.",
+)
 @_fitted_on_plants
-def laws(output: Path, json_to: str | None, **asked: Any) -> None:
-    """Fit how rough each effect's law is where a plant acts by another, on simulated plants, and write it with the
-    levels.
+def laws(output: Path, json_to: str | None, effects: tuple[str, ...], **asked: Any) -> None:
+    """Fit how rough each effect's law is where a plant acts by another, and how rough the description of a rig is in
+    what an effect's pressures do to the angle, on simulated plants, and write both with the levels.
 
     Each effect of a plant is put onto a healthy day of its own; what the library's best law leaves of it is its error.
     """
-    from rig.app.gap.study.laws import with_laws
+    from functools import partial
 
-    found = _fit_on_plants(with_laws, output, **asked)
+    from rig.app.gap.study.laws import with_laws
+    from rig.gap.possible_effects import named_effects
+
+    named = sorted(named_effects(effects, "--effect"))
+    found = _fit_on_plants(partial(with_laws, effects=named), output, **asked)
     roughest = sorted(found, key=lambda name: -found[name])[:SHOWN_LAWS]
     console(json_to).print(
         f"{output}: the errors of {len(found)} effects' laws; most {', '.join(f'{n} {found[n]:.2g}' for n in roughest)}"

@@ -26,7 +26,6 @@ from rig.gap.reference.kinds import ReferenceKind
 from rig.gap.reference.own_days import angle_days, own_factor, pressure_days
 from rig.gap.reference.patterns import VISCOUS
 from rig.gap.reference.unrepeated import shown_by, with_unrepeated
-from rig.gap.response.causes import Ready
 from rig.gap.response.lateness import displaced
 from rig.gap.response.propagate import Course, RecordContext, as_late_as_measured
 from rig.gap.settings import (
@@ -175,12 +174,13 @@ def angle_forward(expected: Expected, settings: Fitted, whole: Expected | None =
 def _from_own_zeros(change: Change, contexts: Sequence[RecordContext]) -> Change:
     """The same counted from the zero that each record took, of which it says nothing: without its mean."""
     course = Course(tuple(contexts))
+    return lambda causes: _without_means(change(causes), course)
 
-    def moved(causes: Sequence[Ready]) -> Column:
-        each = zip(course.split(change(causes)), contexts, strict=True)
-        return np.concatenate([without_mean(column, context.pair.used) for column, context in each])
 
-    return moved
+def _without_means(column: Column, course: Course) -> Column:
+    """(n,) less what each record of it shows in the mean."""
+    each = zip(course.split(column), course.contexts, strict=True)
+    return np.concatenate([without_mean(part, context.pair.used) for part, context in each])
 
 
 def floor_deg(expected: Expected, settings: Fitted) -> float:
@@ -213,17 +213,23 @@ def _angle_levels(expected: Expected, levels: FactorLevels) -> FactorLevels:
     return levels.wider("offset", ZERO_BY_HAND) if expected.other_zero else levels
 
 
+def other_pressures(expected: Expected) -> tuple[Column, float]:
+    """(n,) what pressures that are others than the reference's, and not only later, change in the expected angle, deg;
+    and the share (rms) by which the reference's description misses the angles that it was made from."""
+    usual_deg = np.concatenate([as_late_as_measured(context).reference.angle_deg for context in expected.contexts])
+    missed_deg = max(expected.response.misfit_deg, expected.missed_deg)
+    return np.concatenate(list(expected.base)) - usual_deg, missed_deg / max(float(np.std(usual_deg)), 1e-9)
+
+
 def _answering_other_pressures(factor: Factor, expected: Expected, prior: Prior) -> Factor:
     """The same with what is unsure of the angle because the pressures are others than usual, and not only later: the
-    description of the rig is as rough in what they change as it is in the angles that it was made from, and what it
-    misses of those comes with the motion, at another time than on the earlier days."""
+    description of the rig is as rough in what they change as it is in the angles that it was made from, or as well
+    several times as rough (`Prior.answer`); and what it misses of those comes with the motion, at another time than on
+    the earlier days."""
     contexts = [as_late_as_measured(context) for context in expected.contexts]
-    reference_deg = [context.reference.angle_deg for context in contexts]
-    moved = np.concatenate(list(expected.base)) - np.concatenate(reference_deg)
-    rho = max(expected.response.misfit_deg, expected.missed_deg) / max(
-        float(np.std(np.concatenate(reference_deg))), 1e-9
-    )
-    lines, changed = factor.lines, factor.lines.of(moved)
+    lines = factor.lines
+    moved_deg, rho = other_pressures(expected)
+    changed = lines.of(moved_deg)
     healthy = with_law(factor.healthy, lines, changed, rho, prior)
     commands = [(context.pair.u1_mpa - context.pair.u2_mpa, context.pair.dt_s) for context in contexts]
     rougher = rougher_beyond(lines, min(expected.known_hz, known_by_hz(commands)))
@@ -233,7 +239,10 @@ def _answering_other_pressures(factor: Factor, expected: Expected, prior: Prior)
         for context, angle in zip(contexts, expected.base, strict=True)
     ])  # fmt: skip
     missed = np.concatenate([context.reference.angle_deg - context.propagated for context in contexts])
-    return replace(factor, healthy=healthy.with_variance(at_another_time(lines, missed, later_s)))
+    healthy = healthy.with_variance(at_another_time(lines, missed, later_s))
+    # a constant would reach into lines where there is nothing but noise, and free that
+    moving = lines.of(_without_means(moved_deg, Course(tuple(contexts))))
+    return replace(factor, healthy=replace(healthy, as_well=(prior.answer * rho * moving) ** 2))
 
 
 def rougher_beyond(lines: Lines, known_hz: float) -> Column:

@@ -11,7 +11,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from rig.gap.records.pairs import Pair
-from rig.identify.response.response_fit import Drive, RegulatorRecord, fit_regulator, fit_response
+from rig.identify.response.response_fit import (
+    Drive,
+    RegulatorRecord,
+    fit_mean_exponent,
+    fit_regulator,
+    fit_response,
+    mean_pressure_moves,
+)
 from rig.model.compiled.response import regulated
 from rig.model.parameters import Model
 from rig.model.response.model import Regulator, ResponseModel, regulators_of
@@ -55,7 +62,9 @@ def describe(
         Drive(pair.dt_s, reference.p1_mpa, reference.p2_mpa, reference.angle_deg, pair.used)
         for pair, reference in zip(pairs, references, strict=True)
     ]
-    return fit_response(records, p0_mpa, regulators)
+    means = [0.5 * (record.p1_mpa + record.p2_mpa) for record in records]
+    exponent = fit_mean_exponent(records, p0_mpa) if mean_pressure_moves(means, p0_mpa) else 1.0
+    return fit_response(records, p0_mpa, regulators, exponent)
 
 
 def references_of(

@@ -34,7 +34,8 @@ def stiffness(p1: Values, p2: Values, y: Values, state: Values, params: Sequence
     """The joint is held by another stiffness, or a servo by another loop gain, while it is sent to the same angles:
     all that stands against the stiffness (dry and viscous friction, inertia, a weight) counts 1 / (1 + stiffness)
     times. With `spring` the muscles are held against as well: a spring beside the joint, at rest at 0 deg, or one that
-    comes to rest where the joint is, in relax_s (Maxwell's element, as rubber and fabric creep).
+    comes to rest where the joint is, in relax_s (Maxwell's element, as rubber and fabric creep). A spring is as stiff
+    at every pressure, so that it counts less where the muscles are stiffer.
 
     The stiffness may rise steadily, as that of muscles that warm up. The nominal angle already holds the weight
     `load_deg`; params: those of `balance_again`, then stiffness, spring (0 or 1), rise_per_min, relax_s.
@@ -45,7 +46,9 @@ def stiffness(p1: Values, p2: Values, y: Values, state: Values, params: Sequence
         if state[0] == 0.0:
             state[0], state[1], state[3] = 1.0, y[i], y[i]
             state[STATE_SIZE + 1] = y[i] if params[16] > 0.0 else 0.0
-        counts = 1.0 / max(1.0 + params[13] + params[15] * state[STATE_SIZE] / 60.0, 0.1)
+        compliance = 2.0 * params[5] / max(p1[i] + p2[i], 0.02)
+        against = 1.0 + params[14] * (compliance - 1.0)
+        counts = 1.0 / max(1.0 + against * (params[13] + params[15] * state[STATE_SIZE] / 60.0), 0.1)
         state[STATE_SIZE] += dt_s
         weight = params[3] * math.sin((y[i] + params[4]) * radian)
         pulled_to = equilibrium_angle(y[i], state, params, dt_s) + weight

@@ -57,7 +57,8 @@ def test_a_spring_that_relaxes_gives_way_as_maxwells_element_does(more: float, r
     known = entry.neutral() | {"stiffness": more, "spring": 1.0, "relax_s": relax_s}
     params = np.array([known[name] for name in entry.parameters])
     y = np.concatenate([np.zeros(5), np.full(2000, 10.0)])
-    compiled(entry.stage)(y.copy(), y.copy(), y, np.zeros(entry.state_size), params, DT_S)
+    resting = np.full(len(y), known["p0_mpa"])
+    compiled(entry.stage)(resting.copy(), resting.copy(), y, np.zeros(entry.state_size), params, DT_S)
     t = DT_S * np.arange(2000)
     wanted = 10.0 * (1.0 - more / (1.0 + more) * np.exp(-t / ((1.0 + more) * relax_s)))
     np.testing.assert_allclose(y[5:], wanted, atol=10.0 * DT_S / relax_s)

@@ -1,5 +1,6 @@
 """How rough the library's laws are: every effect of a plant put onto a healthy day of its own, by the plant's law and
-without noise of its own, and what the library's best law leaves of it.
+without noise of its own, and what the library's best law leaves of it; and how rough the description of a rig is in
+what the pressures that an effect changes do to the angle.
 
 What `pamrig gap study laws` does; nothing is diagnosed, and no case of a check is looked at.
 """
@@ -7,6 +8,7 @@ What `pamrig gap study laws` does; nothing is diagnosed, and no case of a check 
 from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
+from functools import partial
 from statistics import median
 
 import numpy as np
@@ -17,7 +19,13 @@ from rig.blind_check.source import records_of
 from rig.columns import rms
 from rig.errors import RigError
 from rig.gap.hypotheses.fit import Fit, fit_effect
-from rig.gap.hypotheses.inverse_problems import InverseProblem, angle_problem, pressure_problem
+from rig.gap.hypotheses.inverse_problems import (
+    InverseProblem,
+    acts_ahead,
+    angle_problem,
+    other_pressures,
+    pressure_problem,
+)
 from rig.gap.hypotheses.library import LIBRARY, Effect
 from rig.gap.records.pairs import pair_up
 from rig.gap.reference.build import expect
@@ -43,6 +51,9 @@ SHARES = 5
 """Points by which the distribution of laws' errors on another build is told. More: slower, its tail a little farther
 out."""
 
+MOSTLY = 0.5
+"""Share of what is off in the angle (rms) that other pressures must change, but for their coming later, for an effect
+to say how rough the description is in that. Less: effects that are late, or behind the monitors, count as well."""
 REACHED = 0.5
 """Share of the size asked for that an effect of a unit must have at least, and one over it at most: a supply that
 hardly sags however narrow its hose, or breaks down as soon as it does, says nothing of how a law fits one of that size.
@@ -57,28 +68,46 @@ class LawError:
     effect: str
     share: float
     """Of its own change, rms, beside what days differ in."""
+    answer: float | None = None
+    """By how many times the share by which the description of the rig misses the angles that it was made from it misses
+    what the effect's pressures change in the angle (rms); None where it changes none."""
 
 
 def with_laws(
-    levels: Fitted, plan: FittingPlan, report: Callable[[int], None] = lambda done: None
+    levels: Fitted,
+    plan: FittingPlan,
+    report: Callable[[int], None] = lambda done: None,
+    effects: Sequence[str] = (),
 ) -> tuple[Fitted, dict[str, float]]:
     """The levels with how rough each effect's law usually is on these families' rigs, and how far another build may be
-    off that; `report` is told how many rigs are done."""
+    off that; `report` is told how many rigs are done. `effects`: fit these and keep the others; all without."""
     rigs = rigs_of(plan)
+    errors_of = partial(of_rig, effects=tuple(effects or LIBRARY))
     with executor(None, plan.workers) as pool:
-        told = [error for some in reported(pool.map(of_rig, range(len(rigs)), rigs), report, 0) for error in some]
-    return with_errors(levels, plan, told)
+        told = [error for some in reported(pool.map(errors_of, range(len(rigs)), rigs), report, 0) for error in some]
+    return with_errors(levels, plan, told, effects)
 
 
-def with_errors(levels: Fitted, plan: FittingPlan, told: Sequence[LawError]) -> tuple[Fitted, dict[str, float]]:
-    """The levels with what these errors, of the plan's rigs, say is usual; an effect of which none tells keeps its
-    own."""
+def with_errors(
+    levels: Fitted, plan: FittingPlan, told: Sequence[LawError], effects: Sequence[str] = ()
+) -> tuple[Fitted, dict[str, float]]:
+    """The levels with what these errors, of the plan's rigs, say is usual; an effect of which none tells keeps its own,
+    and so does what only all effects together say, where but some `effects` were asked."""
     found, before = usual_errors(told), levels.prior
-    prior = replace(before, laws={**before.laws, **found}, law_shares=shares_of_usual(told, before.law_shares))
-    command = f"pamrig gap study laws --units {plan.units} --seed {plan.seed}"
+    answer = usual_answer(told)
+    prior = replace(
+        before,
+        laws={**before.laws, **found},
+        law_shares=before.law_shares if effects else shares_of_usual(told, before.law_shares),
+        answer=answer or before.answer,
+    )
+    renewed = ["laws", *([] if effects else ["law_shares"]), *(["answer"] if answer else [])]
+    command = " ".join(
+        [f"pamrig gap study laws --units {plan.units} --seed {plan.seed}", *(f"--effect {name}" for name in effects)]
+    )
     made = origin(command, [plan.seed], plan.families, f"{plan.units * len(plan.families)} rigs")
     untouched = [f"prior.laws.{name}" for name in before.laws if name not in found]
-    provenance = levels.provenance.renewed({"prior.laws": made, "prior.law_shares": made}, untouched)
+    provenance = levels.provenance.renewed({f"prior.{name}": made for name in renewed}, untouched)
     return replace(levels, prior=prior, provenance=provenance), found
 
 
@@ -99,8 +128,13 @@ def of_rig(number: int, case: Case, effects: Collection[str] = LIBRARY.keys()) -
             if not REACHED * ratio <= made.ratio_angle <= ratio / REACHED:
                 continue
             pairing = pair_up(records_of(made.records), [healthy], p0_mpa)
-            share = _left(LIBRARY[name], expect(ReferenceKind.SESSION, False, None, pairing), settings)
-            found += [] if share is None else [LawError(case.family, name, share)]
+            expected = expect(ReferenceKind.SESSION, False, None, pairing)
+            share = _left(LIBRARY[name], expected, settings)
+            found += (
+                []
+                if share is None
+                else [LawError(case.family, name, share, _answer(LIBRARY[name], expected, settings))]
+            )
     return found
 
 
@@ -125,6 +159,12 @@ def shares_of_usual(found: Sequence[LawError], usual: Sequence[float]) -> tuple[
         return tuple(usual)
     middles = (np.arange(SHARES) + 0.5) / SHARES
     return tuple(float(ratio) for ratio in np.quantile(ratios, middles))
+
+
+def usual_answer(found: Sequence[LawError]) -> float | None:
+    """Root of the mean square over families of what is in the middle of each; None where none tells."""
+    told = [replace(one, share=one.answer) for one in found if one.answer is not None]
+    return float(np.sqrt(np.mean(np.square([median(some) for some in _by_family(told)])))) if told else None
 
 
 def _by_family(found: Iterable[LawError]) -> Iterator[list[float]]:
@@ -162,6 +202,20 @@ def _left(effect: Effect, expected: Expected, settings: Fitted) -> float | None:
             fit = fit_effect(effect, problem.forward, problem.shows, problem.screening)
             found += [] if fit is None else [_explained_and_left(problem, fit)]
     return min(max(found)[1], ALL) if found else None
+
+
+def _answer(effect: Effect, expected: Expected, settings: Fitted) -> float | None:
+    """What `LawError.answer` says, of an effect ahead of the monitors."""
+    if not expected.driven or not any(map(acts_ahead, effect.laws)):
+        return None
+    factor = angle_problem(expected, settings).forward.factor
+    moved_deg, missed = other_pressures(expected)
+    changed = factor.lines.of(moved_deg)
+    whole = [context.pair.case.angle_deg - context.reference.angle_deg for context in expected.contexts]
+    if rms(changed) < MOSTLY * rms(factor.lines.of(np.concatenate(whole))):
+        return None
+    left = beside(factor.gap_lines, factor.healthy.patterns[:, : factor.healthy.between_days])
+    return rms(left) / max(missed * rms(changed), 1e-12)
 
 
 def _explained_and_left(problem: InverseProblem, fit: Fit) -> tuple[float, float]:

@@ -17,6 +17,7 @@ from rig.app.gap.study.laws import (
     beside,
     of_rig,
     shares_of_usual,
+    usual_answer,
     usual_errors,
     with_errors,
 )
@@ -134,7 +135,33 @@ def test_what_is_fitted_of_laws_is_written_beside_what_was_there() -> None:
     assert of("prior.laws.leak") == shipped.provenance.of("prior.laws.leak")
 
 
-@pytest.mark.parametrize("number", ["laws", "law_shares", "log_beside", "temperature"])
+def test_where_some_effects_are_fitted_the_others_keep_what_they_had() -> None:
+    shipped = fitted()
+    made, _ = with_errors(shipped, FittingPlan(("a",), 1, 7), errors(("a", 0.3)), ["delay"])
+    assert made.prior == replace(shipped.prior, laws={**shipped.prior.laws, "delay": pytest.approx(0.3)})
+    assert made.provenance.of("prior.laws.delay").command == "pamrig gap study laws --units 1 --seed 7 --effect delay"
+    for kept in ("prior.laws.leak", "prior.law_shares", "prior.answer"):
+        assert made.provenance.of(kept) == shipped.provenance.of(kept)
+
+
+def test_how_rough_a_description_answers_is_what_is_in_the_middle_of_each_family() -> None:
+    told = [
+        LawError(family, "valve_gain", 0.1, times)
+        for family, times in (("a", 4.0), ("a", 90.0), ("a", 3.0), ("b", 8.0))
+    ]
+    assert usual_answer(told) == pytest.approx(np.sqrt((4.0**2 + 8.0**2) / 2))
+    assert usual_answer(errors(("a", 0.1))) is None
+
+
+def test_pressures_that_come_late_or_change_nothing_tell_nothing_of_how_rough_the_answer_is() -> None:
+    told = {one.effect: one.answer for one in of_rig(0, unit("sleeve", 0), ["delay", "sensor_gain", "valve_gain"])}
+    assert told["delay"] is None
+    assert told["sensor_gain"] is None
+    assert told["valve_gain"] is not None
+    assert 1.0 < told["valve_gain"] < 10.0
+
+
+@pytest.mark.parametrize("number", ["laws", "law_shares", "answer", "log_beside", "temperature"])
 def test_what_an_older_file_does_not_hold_is_as_shipped(tmp_path: Path, number: str) -> None:
     raw = yaml.safe_load(PRIORS.read_text(encoding="utf-8"))
     raw["prior"] = {"degrees": 5.0} | {

@@ -165,6 +165,13 @@ def test_a_spring_beside_a_free_joint_makes_every_angle_smaller_alike() -> None:
     assert ran("stiffness", known)[2] == pytest.approx(list(angle), abs=1e-6)
 
 
+def test_a_spring_counts_less_where_the_muscles_are_stiffer() -> None:
+    known = EFFECT_STAGES["stiffness"].neutral() | {"stiffness": 0.25, "spring": 1.0, "p0_mpa": 0.1}
+    angle, mean_mpa = 20 * np.sin(9 * T - 0.3), 0.2
+    held = 1.0 + 0.25 * known["p0_mpa"] / mean_mpa
+    assert ran("stiffness", known)[2][1:] == pytest.approx(list(angle[1:] / held), abs=1e-6)
+
+
 def test_a_stiffness_that_rises_lets_friction_count_less_and_less() -> None:
     known = EFFECT_STAGES["stiffness"].neutral() | {"loop_2": 2.0}
     changed = np.abs(np.array(ran("stiffness", known | {"rise_per_min": 8.0})[2]) - 20 * np.sin(9 * T - 0.3))

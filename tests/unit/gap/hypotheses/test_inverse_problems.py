@@ -1,12 +1,19 @@
 """What is unsure of the angle because the pressures are others than on the earlier days."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from support.plants.gap_rigs import baselines, model, session
 
-from rig.gap.hypotheses.inverse_problems import at_another_time, rougher_beyond
+from rig.gap.diagnosis import diagnose_with_grounds
+from rig.gap.hypotheses.inverse_problems import angle_forward, at_another_time, other_pressures, rougher_beyond
+from rig.gap.likelihood.gaussian import Gaussian
 from rig.gap.likelihood.lines import lines_of
+from rig.gap.settings import fitted
+from rig.model.parameters import AddedEffect
 
 ROWS, DT_S = 2000, 0.01
 LINES = lines_of([ROWS], [DT_S], [np.ones(ROWS)], 6.0)
@@ -39,3 +46,21 @@ def test_a_description_is_rougher_beyond_what_its_rig_was_excited_at_and_nowhere
     assert not rougher[LINES.frequency_hz <= known_hz].any()
     far = LINES.frequency_hz > known_hz
     assert rougher[far] == pytest.approx((LINES.frequency_hz[far] / known_hz) ** 2 - 1.0)
+
+
+def test_a_description_may_answer_other_pressures_several_times_as_roughly_or_as_well_as_it_says() -> None:
+    slow = AddedEffect("valve_lag", {"tau_s": 0.1})
+    _, grounds = diagnose_with_grounds(model(), session(157, slow), [list(day) for day in baselines()])
+
+    def healthy(answer: float) -> Gaussian:
+        shipped = fitted()
+        settings = replace(shipped, prior=replace(shipped.prior, answer=answer))
+        return angle_forward(grounds.expected, settings).factor.healthy
+
+    lines = angle_forward(grounds.expected, fitted()).factor.lines
+    moved_deg, missed = other_pressures(grounds.expected)
+    changed = lines.of(moved_deg)
+    rough = 4.0 * missed * changed * np.random.default_rng(5).standard_normal(len(changed))
+    assert healthy(6.0).log_density(rough) > healthy(0.0).log_density(rough) + 3.0, "so rough it may be"
+    exact = np.zeros_like(changed)
+    assert healthy(6.0).log_density(exact) > healthy(0.0).log_density(exact) - np.log(2.0) - 1e-9, "or as it says"

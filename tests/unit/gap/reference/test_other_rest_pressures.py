@@ -10,18 +10,19 @@ from conftest import ROOT
 
 from rig.app.model.simulating import commands_of
 from rig.gap import diagnose
-from rig.model.parameters import load_model
+from rig.gap.diagnosis import diagnose_with_grounds
+from rig.model.parameters import Model, load_model
 from rig.model.simulation import simulate
 from rig.record import Record
 
 MODEL = load_model(ROOT / "configs" / "models" / "simulated.yaml")
 
 
-def day(sweep: Path) -> list[Record]:
+def day(sweep: Path, model: Model = MODEL, seed: int = 4) -> list[Record]:
     """What the model says of a sweep, with the noise of a sensor of 0.02 deg and monitors of 0.3 kPa."""
-    random, made = np.random.default_rng(4), []
-    for record in commands_of(sweep, MODEL.sample_time_s):
-        said = simulate(MODEL, record)
+    random, made = np.random.default_rng(seed), []
+    for record in commands_of(sweep, model.sample_time_s):
+        said = simulate(model, record)
         noise = {"angle_deg": 0.02, "p1_mpa": 3e-4, "p2_mpa": 3e-4}
         read = {name: said.columns()[name] + std * random.standard_normal(len(said)) for name, std in noise.items()}
         made.append(replace(record, **read))  # type: ignore[arg-type]
@@ -65,3 +66,18 @@ def test_nor_where_its_records_hold_the_difference_of_their_set_points_alone(tmp
     assert found.verdict == "none", found.causes
     assert found.gap.rms_deg < 0.2
     assert any(note.startswith("P0 stands in no record") for note in found.notes) == (says == "nothing")
+
+
+@pytest.mark.parametrize(("rest", "law"), [("[0.15, 0.2, 0.25, 0.3]", 0.5), ("0.2", 1.0)])
+def test_what_the_mean_pressure_does_is_taken_from_days_that_show_it(tmp_path: Path, rest: str, law: float) -> None:
+    sweep = tmp_path / "several.yaml"
+    sweep.write_text(
+        f"name: several\np0_mpa: {rest}\nsettle_s: 3.0\nduration_s: 10.0\nrecords:\n"
+        "  - sine: {frequency_hz: 0.5, amplitude_mpa: 0.1}\n"
+        "  - triangle: {frequency_hz: 0.2, amplitude_mpa: 0.1}\n"
+    )
+    muscle = MODEL.muscle
+    less = {**muscle.parameters, "mean_exponent": replace(muscle.parameters["mean_exponent"], value=0.5)}
+    rig = replace(MODEL, muscle=replace(muscle, parameters=less))
+    _, grounds = diagnose_with_grounds(None, day(sweep, rig), [day(sweep, rig, seed=5)])
+    assert grounds.expected.response.exponent == pytest.approx(law, abs=0.1)
