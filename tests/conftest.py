@@ -268,16 +268,15 @@ def may_come_forward() -> bool:
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """One worker has all that reads the clock, another what holds a browser (decisions 0712, 0723), or all is in the
-    order that was drawn; hardware tests run only when a rig is named."""
+    """One worker has all that reads the clock, another what holds a browser (decisions 0712, 0723), each in the order
+    that was drawn where one was (decision 0770); hardware tests run only when a rig is named."""
     seed = config.getoption("--shuffle")
     if seed is not None:
         items[:] = shuffled(items, seed)
-    else:
-        browser = [item for item in items if holds_a_browser(item)]
-        clock = [item for item in items if reads_the_clock(item) and not holds_a_browser(item)]
-        rest = [item for item in items if not (reads_the_clock(item) or holds_a_browser(item))]
-        items[:] = arranged(clock, browser, rest, int(os.environ.get("PYTEST_XDIST_WORKER_COUNT", "1")))
+    browser = [item for item in items if holds_a_browser(item)]
+    clock = [item for item in items if reads_the_clock(item) and not holds_a_browser(item)]
+    rest = [item for item in items if not (reads_the_clock(item) or holds_a_browser(item))]
+    items[:] = arranged(clock, browser, rest, int(os.environ.get("PYTEST_XDIST_WORKER_COUNT", "1")))
     for item in items:
         if reads_the_clock(item):
             again = functools.partial(may_run_again, item)
