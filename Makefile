@@ -3,6 +3,8 @@ PYTHON ?= python3
 # one more than the two processors of CI: the one that reads the clock mostly waits (docs/decisions/0712)
 WORKERS ?= 3
 BIN := .venv/bin
+# without bytecode: what is run is compiled by who runs it first, and what tests import, all of it, by both processors
+INSTALL := $(BIN)/python -m pip install -q --disable-pip-version-check --no-compile
 
 export OPENBLAS_NUM_THREADS = 1
 # bytecode is kept: otherwise each of the many processes of a run, or of the tests, compiles the sources again
@@ -13,9 +15,10 @@ unexport PYTHONDONTWRITEBYTECODE
 run: .venv/run.stamp
 	$(if $(RIG),$(BIN)/pamrig run paper --rig $(RIG),$(BIN)/python -m rig.app.tour)
 
-# one processor compiles, which needs nothing that tests only need; the other installs that, and then has the linters
+# one processor compiles, which needs nothing that tests only need; the other installs that, and then has the linters;
+# whoever is ready first has the bytecode
 test: .venv/run.stamp
-	$(MAKE) --no-print-directory -j2 machine_code lint
+	$(MAKE) --no-print-directory -j2 machine_code lint .venv/bytecode.stamp
 	$(BIN)/python -m pytest -q -n $(WORKERS) --dist worksteal $(if $(SHUFFLE),--shuffle $(SHUFFLE))
 
 lint: .venv/test.stamp
@@ -35,12 +38,17 @@ bench: .venv/test.stamp
 
 .venv/run.stamp: requirements.lock pyproject.toml
 	$(PYTHON) -m venv .venv
-	$(BIN)/python -m pip install -q --disable-pip-version-check --require-hashes -r requirements.lock
-	$(BIN)/python -m pip install -q --disable-pip-version-check --no-deps --no-build-isolation -e .
+	$(INSTALL) --require-hashes -r requirements.lock
+	$(INSTALL) --no-deps --no-build-isolation -e .
 	touch $@
 
 .venv/test.stamp: .venv/run.stamp requirements-test.lock
-	$(BIN)/python -m pip install -q --disable-pip-version-check --require-hashes -r requirements-test.lock
+	$(INSTALL) --require-hashes -r requirements-test.lock
+	touch $@
+
+# of what was installed, but for others' own tests and the tools that nobody imports here (docs/decisions/0771)
+.venv/bytecode.stamp: .venv/test.stamp
+	-$(BIN)/python -m compileall -q -j 2 -x '/(tests?|pip|mypyc?|setuptools)/' .venv/lib
 	touch $@
 
 lock:

@@ -51,7 +51,7 @@ def executor(dask: str | None = None, workers: int | None = None) -> Iterator[Ex
     except ImportError:
         raise RigError("--dask: the package dask.distributed is not installed; pip install 'pamrig[dask]'") from None
     try:
-        client: Any = distributed.Client(dask, timeout=PATIENCE_S, set_as_default=False)  # type: ignore[no-untyped-call]
+        client: Any = distributed.Client(dask, timeout=PATIENCE_S, set_as_default=False)
     except (OSError, ValueError, TimeoutError) as error:
         raise RigError(
             f"--dask {dask}: no scheduler answers there ({type(error).__name__}); expected host:port"

@@ -8,17 +8,19 @@ import sys
 
 from support.plants.gap_rigs import asked, identified, session
 
-from hil.reference.cases import Purpose, bench_of, draw_sheet
+from hil.reference.excitations import Excitation
+from hil.reference.families import run, unit
 from hil.reference.names import NAMES
 from rig.model.parameters import AddedEffect
 
 
 def main() -> int:
-    """A diagnosis, an identification, and a rig of each family of plants."""
+    """A diagnosis, an identification, and one second of a rig of each family of plants."""
     asked(session(1, AddedEffect("delay", {"delay_s": 0.03})))
     identified()
     for family in NAMES:
-        bench_of(draw_sheet(Purpose.DEVELOPMENT, seed=5, n=1, family_name=family)[0])
+        rig = unit(family, 5)
+        run(Excitation("sine", 1.0, 0.1, seconds=1.0), rig, rig.session(1))
     return 0
 
 

@@ -21,7 +21,7 @@ intrinsic: Any = _untyped_intrinsic
 _VECTOR = ir.VectorType(ir.DoubleType(), WIDTH)
 
 
-class Lanes(types.Type):
+class Lanes(types.Type):  # type: ignore[misc]
     """numba's type of a register of eight numbers."""
 
     def __init__(self) -> None:
@@ -29,9 +29,9 @@ class Lanes(types.Type):
 
 
 @register_model(Lanes)
-class _LanesModel(models.PrimitiveModel):
+class _LanesModel(models.PrimitiveModel):  # type: ignore[misc]
     def __init__(self, manager: Any, frontend: Lanes) -> None:
-        super().__init__(manager, frontend, _VECTOR)  # type: ignore[no-untyped-call]
+        super().__init__(manager, frontend, _VECTOR)
 
 
 lanes = Lanes()
@@ -60,7 +60,7 @@ def _call(name: str) -> Callable[[Any, Any], Any]:
 
     def emit(builder: Any, values: Any) -> Any:
         kind = ir.FunctionType(_VECTOR, [_VECTOR] * len(values))
-        function = cgutils.get_or_insert_function(builder.module, kind, f"llvm.{name}.v{WIDTH}f64")  # type: ignore[no-untyped-call]
+        function = cgutils.get_or_insert_function(builder.module, kind, f"llvm.{name}.v{WIDTH}f64")
         return builder.call(function, values)
 
     return emit
