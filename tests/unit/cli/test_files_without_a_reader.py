@@ -11,7 +11,7 @@ import pytest
 from support.click_tree import parameters
 from support.plants.gap_rigs import MODEL, session
 from support.records.made_logs import made_log
-from support.rigs.narrow_rig import narrow_rig
+from support.rigs.narrow_rig import narrow_rig, rig_of_few_effects
 from support.run_command import SWEEP
 from support.warm import Warm
 
@@ -35,9 +35,9 @@ CALLS = {
     "replay": "RUN -o out/x.mcap --figure out/x.svg --json out/x.json",
     "track": "REFERENCE --clock virtual -o out/track --figure out/x.svg --json out/x.json",
     "tune": "--model MODEL --tracking REFERENCE -o out/x.yaml --json out/x.json",
-    "gap capability": "--model MODEL --sweep quick --figure out/x.svg --json out/x.json",
+    "gap capability": "--model MODEL --rig FEW --sweep quick --figure out/x.svg --json out/x.json",
     "gap design": "--model MODEL --rig NARROW --minutes 0.5 --family none -o out/x.yaml --json out/x.json",
-    "gap diagnose": "--model MODEL --log DAYS/late --baseline DAYS/healthy --html out/x.html "
+    "gap diagnose": "--model MODEL --rig FEW --log DAYS/late --baseline DAYS/healthy --html out/x.html "
     "--augmented-model out/a.yaml --retuned out/r.yaml --json out/x.json",
     "gap effects": "--json out/x.json",
     "gap history": "DAYS --model MODEL --workers 1 --figure out/x.svg --json out/x.json",
@@ -70,7 +70,7 @@ DAEMON = {"status", "queue"}
 def lab(warm: Warm, tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
     """The files that the calls read, by their words."""
     root = tmp_path_factory.mktemp("lab")
-    texts = {"SWEEP": SWEEP, "REFERENCE": REFERENCE, "POINTS": POINTS}
+    texts = {"SWEEP": SWEEP, "REFERENCE": REFERENCE, "POINTS": POINTS, "FEW": rig_of_few_effects()}
     for name, text in texts.items():
         (root / f"{name.lower()}.yaml").write_text(text)
     (root / "table.csv").write_text("t_s,dp_cmd_mpa,angle_deg\n0,0,0\n0.005,0.1,1\n0.01,0.1,2\n")
