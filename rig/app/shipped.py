@@ -24,11 +24,11 @@ def default_rig() -> Path:
 
 def find_config(path: Path, folder: str) -> Path:
     """`path` as it stands, or the config of that name among those that come with pamrig (`paper`,
-    `configs/sweeps/paper.yaml`).
+    `configs/sweeps/paper.yaml`); a folder of that name, of records say, is none.
 
     ConfigError when `path` is neither.
     """
-    if os.path.exists(path):
+    if os.path.exists(path) and not os.path.isdir(path):
         return path
     if folder == "models":
         from rig.model.external.simulator import is_external  # late: loop and watchers find files here, and no models
@@ -39,7 +39,9 @@ def find_config(path: Path, folder: str) -> Path:
     if path.parent in (Path("."), Path("configs") / folder):
         if found := ours.get(path.name.removesuffix(".yaml")):
             return found
-        raise ConfigError(f"{path}: no such file, nor one of pamrig's own {folder}; {suggest(path.stem, list(ours))}")
+        if not os.path.isdir(path):
+            hint = suggest(path.stem, list(ours))
+            raise ConfigError(f"{path}: no such file, nor one of pamrig's own {folder}; {hint}")
     return path
 
 

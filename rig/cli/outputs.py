@@ -124,17 +124,32 @@ class Group(Command, click.Group):
         return super().resolve_command(ctx, args)
 
 
+def given_options(ctx: click.Context) -> list[click.Option]:
+    """The options that stand in the call; not those that have their defaults."""
+    return [
+        param
+        for param in ctx.command.params
+        if isinstance(param, click.Option)
+        and ctx.get_parameter_source(param.name or "") is click.core.ParameterSource.COMMANDLINE
+    ]
+
+
 def options_behind_the_step(ctx: click.Context) -> None:
     """UsageError for an option of a group that stands before one of its steps, which have options of their own and
     would pass it over."""
-    given = [
-        param
-        for param in ctx.command.params
-        if ctx.get_parameter_source(param.name or "") is click.core.ParameterSource.COMMANDLINE
-    ]
+    given = given_options(ctx)
     if ctx.invoked_subcommand is not None and given:
         option = max(given[0].opts, key=len)
         raise click.UsageError(f"{option} stands before {ctx.invoked_subcommand}; options stand behind the step", ctx)
+
+
+def refuse_options(names: Sequence[str], why: str) -> None:
+    """UsageError for the first of these options (as the command is passed them) that stands in the call, and that it
+    would pass over: `why` says what is decided otherwise, or what the option goes with."""
+    context = click.get_current_context()
+    for param in given_options(context):
+        if param.name in names:
+            raise click.UsageError(f"{max(param.opts, key=len)}: {why}", context)
 
 
 def output_option(kind: OutputKind, help_text: str, *, or_folder: bool = False, **more: Any) -> Callable[[FC], FC]:
@@ -176,4 +191,4 @@ def _meant(path: Path) -> list[Path]:
         return [path]
     from rig.app.shipped import configs
 
-    return [path, *(place for place in configs().glob("*/*.yaml") if place.stem == path.name.removesuffix(".yaml"))]
+    return [place for place in configs().glob("*/*.yaml") if place.stem == path.name.removesuffix(".yaml")] or [path]

@@ -120,6 +120,16 @@ def test_nor_is_one_that_comes_with_us_and_is_read_by_its_name(
     assert f"{model}: that is the file which --model reads" in said
 
 
+def test_a_folder_may_be_called_as_the_sweep_that_comes_with_us(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """`-o quick` was refused as the file which SWEEP reads, though no file of that name is there."""
+    monkeypatch.chdir(tmp_path)
+    said, status = run("simulate", "quick", "--model", "simulated", "-o", "quick")
+    assert status == 0, said
+    assert (tmp_path / "quick" / "sine_0.5hz_0.20mpa.mcap").exists()
+
+
 def test_two_outputs_are_two_files(log: Path, tmp_path: Path) -> None:
     one = tmp_path / "one.json"
     said, status = run(

@@ -202,6 +202,15 @@ def test_own_configs_are_found_by_name_and_strangers_by_path(tmp_path: Path, mon
         shipped.find_config(Path("quik"), "sweeps")
 
 
+def test_a_folder_of_records_does_not_hide_an_own_config(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """After `pamrig run quick -o quick` the sweep was "a folder, and a file is meant"."""
+    monkeypatch.chdir(tmp_path)
+    for folder in ("quick", "mine"):
+        (tmp_path / folder).mkdir()
+    assert shipped.find_config(Path("quick"), "sweeps") == shipped.configs() / "sweeps" / "quick.yaml"
+    assert shipped.find_config(Path("mine"), "sweeps") == Path("mine"), "whoever reads it says that it is a folder"
+
+
 def test_an_emulated_rig_names_every_file_that_it_stands_on() -> None:
     files = compose.load(shipped.configs() / "rigs" / "emulated_all_modbus.yaml").files
     assert sorted(files) == ["all_modbus.yaml", "rig.yaml", "simulated.yaml", "wago_750.yaml"]
