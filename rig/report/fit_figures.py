@@ -4,20 +4,21 @@ convergence of a search.
 """
 
 from collections.abc import Mapping, Sequence
-from pathlib import Path
+from itertools import cycle
 from typing import TYPE_CHECKING
 
 from rig.channels import PNEUMATIC, Channels
-from rig.outputs import OutputKind, writing
 from rig.own_units import own_text, speaker
 from rig.record import Column, Record
-from rig.report.figure_texts import as_written, on_terminal
+from rig.report.figure_texts import on_terminal
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _TERMINAL_POINTS = 300
-_MEASURED, _ESTIMATED, _ERROR = "0.25", "#d55e00", "#0072b2"
+_MEASURED = "0.25"
+_MODELS = ("#d55e00", "#0072b2", "#009e73", "#cc79a7", "#e69f00", "#56b4e9")
+"""Of the first model, the second, ...; as many more begin again."""
 
 
 def comparison_figure(
@@ -46,7 +47,7 @@ def comparison_figure(
     )
     over_time.plot(t_s, measured, color=_MEASURED, label="measured")
     loop.plot(u, measured, color=_MEASURED, label="measured")
-    for (name, angle), color in zip(estimated.items(), (_ESTIMATED, _ERROR, "#009e73"), strict=False):
+    for (name, angle), color in zip(estimated.items(), cycle(_MODELS), strict=False):
         over_time.plot(t_s, angle, color=color, linestyle="--", label=name)
         loop.plot(u, angle, color=color, linestyle="--", linewidth=0.9, label=name)
         error.plot(t_s, angle - measured, color=color, label=name)
@@ -126,11 +127,3 @@ def terminal_comparison(
     figure.draw(line)
     figure.title(f"{title}: .. measured, line estimated {label}")
     return on_terminal(figure)
-
-
-def save_figure(figure: "Figure", path: Path) -> Path:
-    """Write the figure; the suffix says the format. RigError when that fails."""
-    with writing(path, OutputKind.FIGURE) as part:
-        as_written(figure)
-        figure.savefig(part, dpi=130, format=path.suffix[1:])
-    return path

@@ -4,6 +4,8 @@ import csv
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
+import numpy as np
+
 from rig.channels import PNEUMATIC, Channels
 from rig.identify.fit import Identified
 from rig.identify.records.data import Options, prepare
@@ -14,18 +16,17 @@ from rig.outputs import OutputKind, targets_in, write_text, writing
 from rig.own_units import own_plain, own_text
 from rig.record import Record
 from rig.report.figure_texts import in_markdown
-from rig.report.fit_figures import comparison_figure, convergence_figure, save_figure
+from rig.report.fit_figures import comparison_figure, convergence_figure
+from rig.report.log_figures import save
 from rig.report.shown_text import in_one_line
 
 
-def write_fit_figures(found: Identified, records: Sequence[Record], folder: Path) -> None:
-    """Figs. 4 to 6 of each identification record, the convergence, and the scores as a table."""
+def write_fit_figures(found: Identified, records: Sequence[Record], options: Options, folder: Path) -> None:
+    """Figs. 4 to 6 of each identification record as it was fitted, the convergence, and the scores as a table."""
     histories = {f"seed {seed}": each.history for seed, each in found.seeds.items()}
     channels = found.model.own_channels
-    save_figure(convergence_figure("convergence", histories, channels), folder / "convergence.png")
-    _write_comparisons(
-        {found.model.muscle.kind.upper(): found.model}, records, Options(resample=True, trust_units=True), folder
-    )
+    save(convergence_figure("convergence", histories, channels), folder / "convergence.png")
+    _write_comparisons({found.model.muscle.kind.upper(): found.model}, records, options, folder)
     write_scores(found.scores, folder, channels)
 
 
@@ -60,10 +61,13 @@ def _write_comparisons(models: Mapping[str, Model], records: Sequence[Record], o
         angles = {name: predict(model, data[name]) for name, model in models.items()}
         own = record.channels
         u = own.own_input(first.p1_mpa - first.p2_mpa)
-        angles = {name: own.own_output(angle) for name, angle in angles.items()}
+        angles = {
+            name: own.own_output(np.interp(first.grid.t_s, data[name].grid.t_s, angle))
+            for name, angle in angles.items()
+        }  # each model is simulated at its own sample time
         measured, label = own.own_output(first.angle_deg), own_text(f"p1 - p2 {source} [MPa]", own)
         figure = comparison_figure(record.name, first.grid.t_s, u, measured, angles, label, own)
-        save_figure(figure, target)
+        save(figure, target)
 
 
 def score_cells(row: Score, channels: Channels) -> list[str]:

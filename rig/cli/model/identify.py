@@ -1,7 +1,7 @@
 """`pamrig identify` and `pamrig validate`: a model from logs, and how well a model predicts logs."""
 
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar, cast
@@ -11,7 +11,7 @@ import click
 from rig.app.terminal import console
 from rig.cli import memory_room
 from rig.cli.common import Number, emit, json_option, with_options
-from rig.cli.outputs import Command, Output, output_option, write_errors_last
+from rig.cli.outputs import Command, Output, output_option, refuse_options, write_errors_last
 from rig.outputs import OutputKind
 
 if TYPE_CHECKING:
@@ -23,6 +23,8 @@ P = TypeVar("P")
 _SEARCH_MB = 800
 """Of address space for a search whose machine code is made anew, as measured; where LLVM finds less, it ends the
 process."""
+_OF_A_TEMPLATE = ("kind", "drive", "joint", "free_offset", "mean_exponent", "p0_mpa", "u_unit_mpa", "sample_time_s")
+"""What a model is made by where none is given by --start."""
 Report = Callable[[str, float, float], None]
 _LOGS = click.argument("logs", nargs=-1, required=True, metavar="LOG...", type=click.Path(path_type=Path))
 
@@ -120,7 +122,7 @@ def _shared(command: Any) -> Any:
     "--start",
     type=click.Path(path_type=Path),
     metavar="MODEL.yaml",
-    help="Start from this model: its parameters marked `free` are searched within their bounds.",
+    help="Start from this model: its parameters marked `free` are searched within their bounds, and the rest stays.",
 )
 @click.option(
     "--joint",
@@ -162,6 +164,8 @@ def identify(logs: tuple[Path, ...], output: Path, json_to: str | None, **asked:
     The defaults are the paper's (Table II): 60 particles, 1000 iterations, inertia 0.9 to 0.2; a least-squares polish
     follows.
     """
+    if asked["start"] is not None:
+        refuse_options(_OF_A_TEMPLATE, "--start says what the model is; set it in that file")
     _one_blas_thread()
     memory_room.ask(_SEARCH_MB)
     from rig.app.model.identifying import SearchOptions, StartOptions, identify_model
@@ -182,7 +186,7 @@ def identify(logs: tuple[Path, ...], output: Path, json_to: str | None, **asked:
         terminal.print(f"model: {output}{', in place of the one that was there' if replaces else ''}")
     if asked["figures"] is not None:
         with write_errors_last():
-            write_fit_figures(found, records, asked["figures"])
+            write_fit_figures(found, records, options, asked["figures"])
             terminal.print(f"figures and tables: {asked['figures']}")
     emit(identified_json(found, output), json_to)
 
@@ -221,11 +225,12 @@ def validate(model: Path, logs: tuple[Path, ...], beside: tuple[Path, ...], json
     results = {path: judge(each, records, sweep, options) for path, each in models.items()}
     result = results[model]
     terminal = console(json_to)
-    others = {path.stem: each for path, each in results.items() if path != model}
+    names = _short_names(models)
+    others = {names[path]: each for path, each in results.items() if path != model}
     show_validation(result, models[model], others, terminal)
     show_worst(models[model], records, result.scores, options, terminal)
     if asked["figures"] is not None:
-        drawn = {path.stem: each for path, each in models.items()}
+        drawn = {names[path]: each for path, each in models.items()}
         with write_errors_last():
             write_validation(drawn, records, result, options, asked["figures"])
             terminal.print(f"figures and tables: {asked['figures']}")
@@ -236,6 +241,12 @@ def validate(model: Path, logs: tuple[Path, ...], beside: tuple[Path, ...], json
         reached = f"{verdict.worst} reaches {verdict.peak_deg:.3g} deg, allowed {verdict.limit_deg:.3g} deg"
         said = own_text(reached, models[model].own_channels)
         raise CheckFailed(f"{model}: not bounded over the sweep range: {said}")
+
+
+def _short_names(paths: Collection[Path]) -> dict[Path, str]:
+    """What each model is called beside the others: its file's name, or its path where two have that name."""
+    stems = [path.stem for path in paths]
+    return {path: path.stem if stems.count(path.stem) == 1 else str(path) for path in paths}
 
 
 def _one_blas_thread() -> None:

@@ -6,7 +6,7 @@ import click
 
 from rig.app.terminal import console
 from rig.cli.common import emit, family_option, json_option
-from rig.cli.outputs import Command, figure_option, output_option, write_errors_last
+from rig.cli.outputs import Command, figure_option, output_option, refuse_options, write_errors_last
 from rig.number_text import counted
 from rig.outputs import OutputKind
 
@@ -62,8 +62,10 @@ def simulate(
     from rig.own_units import own_text
 
     if model_path is not None and plant is None:
+        refuse_options(("family", "session"), "goes with --plant")
         simulator = by_model(model_path, from_pressures=drive == "pressure")
     elif plant is not None and model_path is None:
+        refuse_options(("drive",), "goes with --model; a plant is driven by the commands")
         simulator = by_plant(family, plant, session)
     else:
         raise click.UsageError("name either a --model or a --plant")
@@ -74,9 +76,10 @@ def simulate(
         compared = off and f", RMSE against the recording {off}"
         terminal.print(f"{run.file}: {counted(len(run.record), 'tick')}{compared}")
     if figure is not None:
-        from rig.report.fit_figures import loops_figure, save_figure
+        from rig.report.fit_figures import loops_figure
+        from rig.report.log_figures import save
 
         with write_errors_last():
-            save_figure(loops_figure(output.name, [run.record for run in runs]), figure)
+            save(loops_figure(output.name, [run.record for run in runs]), figure)
             terminal.print(f"loops: {figure}")
     emit({"runs": [run.to_json() for run in runs]}, json_to)
