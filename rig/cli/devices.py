@@ -6,7 +6,7 @@ import click
 
 from rig.app.terminal import console, progress, styled
 from rig.cli.common import Number, emit, json_option
-from rig.cli.outputs import Group, output_option
+from rig.cli.outputs import Group, output_option, refuse_options
 from rig.outputs import OutputKind
 
 _RIG = click.option(
@@ -63,6 +63,8 @@ def probe(
     from rig.app import compose, inventory
     from rig.app.devices import probing
 
+    if not step:
+        refuse_options(("step_mpa", "settle"), "goes with --step, which moves the rig")
     rig = compose.load(rig_path)
     screen = console(json_to)
     if step:
@@ -150,6 +152,8 @@ def calibrate(
 
     if (what is None) == (points is None):
         raise RigError("devices calibrate: say either what to calibrate (angle, pressures) or give --points FILE")
+    if what != "pressures":
+        refuse_options(("levels", "settle"), "goes with `pamrig devices calibrate pressures`, which moves the rig")
     options = calibrating.CalibrationOptions(
         form, reference_uncertainty, calibrating.parse_serials(serials), settle, reference_v, force
     )

@@ -9,7 +9,7 @@ import click
 from rig.app.terminal import console
 from rig.cli.common import Number, clock_option, emit, json_option, rig_option
 from rig.cli.gap.options import baseline_option, reference_option
-from rig.cli.outputs import Command, output_option
+from rig.cli.outputs import Command, output_option, refuse_options
 from rig.cli.service.daemon import socket_option
 from rig.outputs import OutputKind
 from rig.report.shown_text import in_one_line
@@ -86,6 +86,10 @@ def hunt(
     from rig.app.gap.hunt.report import hunt_and_tell
     from rig.app.runs import record_folders
 
+    if by_daemon:
+        refuse_options(("clock", "seed", "force"), "is the daemon's own; --daemon takes none")
+    else:
+        refuse_options(("socket",), "goes with --daemon")
     rig, folder = compose.load(rig_path), output or record_folders.new_folder("hunt")
     check_no_own_baseline([folder], baselines)
     days = earlier_days(baselines, asked["model"], every=every_day)

@@ -84,6 +84,33 @@ def test_one_model_is_named(words: str, given: tuple[str, ...]) -> None:
     assert "name the simulator: --model MODEL.yaml" in done.output
 
 
+@pytest.mark.parametrize(
+    ("words", "option"),
+    [
+        ("identify x.mcap -o m.yaml --start simulated --p0 0.3", "--p0"),
+        ("identify x.mcap -o m.yaml --start simulated --kind bw", "--kind"),
+        ("identify x.mcap -o m.yaml --start simulated --no-free-offset", "--free-offset"),
+        ("simulate quick --model simulated -o out --family bellows", "--family"),
+        ("simulate quick --model simulated -o out --session 3", "--session"),
+        ("simulate quick --plant 1 -o out --input pressure", "--input"),
+        ("gap hunt --model simulated --daemon --seed 3", "--seed"),
+        ("gap hunt --model simulated --daemon --clock virtual", "--clock"),
+        ("gap hunt --model simulated --socket s", "--socket"),
+        ("gap check score folder --labels l.json --experiments 1", "--experiments"),
+        ("devices probe --step-mpa 0.05", "--step-mpa"),
+        ("devices calibrate angle -o c.yaml --levels 0.1,0.2", "--levels"),
+        ("devices calibrate --points p.yaml -o c.yaml --settle 3", "--settle"),
+    ],
+)
+def test_an_option_that_would_be_passed_over_is_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, words: str, option: str
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    done = CliRunner().invoke(cli, words.split())
+    assert done.exit_code == 2
+    assert f"Error: {option}: " in done.output
+
+
 def test_names_of_before_are_understood_and_in_no_help(tmp_path: Path) -> None:
     words = ["tune", MODEL, "--reference", "tracking", "-o", str(tmp_path / "tuned.yaml")]
     done = CliRunner().invoke(cli, words)
