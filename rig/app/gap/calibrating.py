@@ -34,8 +34,7 @@ from rig.gap.settings import Fitted, Levels, Prior, fitted
 from rig.model.parameters import Model
 from rig.model.response.fingerprint_check import fingerprint_checksum
 from rig.number_text import to_digits
-from rig.outputs import OutputKind as Output
-from rig.outputs import write_text
+from rig.outputs import OutputKind, write_text
 from rig.parallel import executor
 from rig.record import Record
 
@@ -144,7 +143,7 @@ def reported(results: Iterable[R], report: Callable[[int], None], before: int) -
 def write(found: Fitted, path: Path) -> None:
     """The file `priors.yaml`."""
     text = yaml.dump(_rounded(unstructure(found)), Dumper=_ListsOnOneLine, sort_keys=False, width=120)
-    write_text(path, text, Output.LEVELS)
+    write_text(path, text, OutputKind.LEVELS)
 
 
 class _ListsOnOneLine(yaml.SafeDumper):

@@ -14,7 +14,8 @@ from rig.gap.history.trends import Day, History, day_of
 from rig.gap.settings import FALSE_ALARM_RATE
 from rig.own_units import own_plain
 
-_DATE: Final = re.compile(r"(\d{4})-?(\d{2})-?(\d{2})")
+_DATE: Final = re.compile(r"(\d{4})-?(\d{2})-?(\d{2})(?:T(\d{2})(\d{2})(\d{2})Z)?")
+"""A day, and the time of day (UTC) as the folders have it that pamrig names itself."""
 _DAY_S: Final = 86400.0
 
 
@@ -54,7 +55,9 @@ def _when(case: NamedDay) -> float | None:
     records; None where they do not say either."""
     if found := _DATE.search(str(case.name)):
         try:
-            return datetime.strptime("".join(found.groups()), "%Y%m%d").replace(tzinfo=UTC).timestamp()
+            parts = [part for part in found.groups() if part]
+            form = "%Y%m%d%H%M%S"[: 2 * len(parts)]
+            return datetime.strptime("".join(parts), form).replace(tzinfo=UTC).timestamp()
         except ValueError:
             pass
     from rig.log.reader import read_all

@@ -16,6 +16,7 @@ from rig.errors import ConfigError, RigError
 from rig.excite.envelope import check_run
 from rig.excite.experiment import RunPlan, Sweep, expand, load_sweep
 from rig.gains import ClosedLoop
+from rig.outputs import OutputKind, write_text
 from rig.rig_config import RigConfig
 from rig.service.session.run_setup import program_of
 
@@ -97,10 +98,7 @@ class PreparedTracking:
 def prepare(options: TrackOptions, rig: RigConfig) -> PreparedTracking:
     """References, gains and feed-forwards; RigError, one line, when something does not fit or cannot be followed."""
     path = shipped.find_config(options.reference, "references")
-    sweep = load_sweep(path)
-    if not sweep.tracks:
-        raise ConfigError(f"{path}: records: expected angles to follow, for example `- sine: {{frequency_hz: 0.5, "
-                          "amplitude_deg: 20}`; what it has are pressures, see `pamrig run`")  # fmt: skip
+    sweep = _followed(path)
     models = _models(options)
     tuned = None
     if sweep.closed_loop is None:
@@ -243,21 +241,20 @@ def followed_record(file: Path) -> "Record":
 
 
 def _followed(reference: Path) -> Sweep:
+    """The sweep at that place, whose records are angles to follow; ConfigError when they are none."""
     sweep = load_sweep(reference)
     if not sweep.tracks:
-        raise ConfigError(f"{reference}: records: expected angles to follow (amplitude_deg)")
+        raise ConfigError(f"{reference}: records: expected angles to follow, for example `- sine: {{frequency_hz: 0.5, "
+                          "amplitude_deg: 20}`; what it has are pressures, see `pamrig run`")  # fmt: skip
     return sweep
 
 
 def write_gains(reference: Path, gains: ClosedLoop, output: Path) -> None:
     """The reference's YAML with these gains in place of its own, its limits kept, and its tables found from where
     `output` lies; ConfigError when it is none."""
-    from rig.outputs import OutputKind as FileKind
-    from rig.outputs import write_text
-
     _followed(reference)
     raw = read_from(reference, output.parent)
     own = raw.get("closed_loop")
     found = {name: getattr(gains, name) for name in ("kp_mpa_per_deg", "ki_mpa_per_deg_s", "kd_mpa_s_per_deg")}
     raw["closed_loop"] = (own if isinstance(own, dict) else {}) | found
-    write_text(output, yaml.safe_dump(raw, sort_keys=False), FileKind.SWEEP)
+    write_text(output, yaml.safe_dump(raw, sort_keys=False), OutputKind.SWEEP)

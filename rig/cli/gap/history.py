@@ -7,7 +7,7 @@ import click
 from rig.app.terminal import console, listing
 from rig.cli.common import as_called, emit, json_option
 from rig.cli.gap.options import angle_alone_option, baseline_option, reference_option, workers_option
-from rig.cli.outputs import FORMERLY_OUTPUT, Command, figure_option
+from rig.cli.outputs import FORMERLY_OUTPUT, Command, figure_option, write_errors_last
 
 _path = click.Path(path_type=Path)
 
@@ -69,6 +69,7 @@ def history(
     for line in history_sentences(found):
         out.print(say(line))
     if figure is not None:
-        draw_history(found, figure)
+        with write_errors_last():
+            draw_history(found, figure)
     emit(history_report(found), json_to)
     campaign.complain()

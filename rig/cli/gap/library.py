@@ -7,7 +7,7 @@ import click
 from rig.app.terminal import console, listing, progress
 from rig.cli.common import emit, family_option, json_option, left_out_option
 from rig.cli.gap.options import workers_option
-from rig.cli.outputs import Command, output_option
+from rig.cli.outputs import Command, output_option, write_errors_last
 from rig.outputs import OutputKind
 
 
@@ -35,7 +35,8 @@ def calibrate(
     total = STEPS * units * len(plan.families)
     with progress("fitting", total) as update:
         found = calibrate(plan, lambda done: update(done, f"{done} of {total}"))
-    write(found, output)
+    with write_errors_last():
+        write(found, output)
     console(json_to).print(f"{output}: levels of {', '.join(found.levels)}, from {found.provenance.units} rigs")
     emit(unstructure(found), json_to)
 

@@ -189,7 +189,8 @@ def _fit_on_plants(
     total = units * len(plan.families)
     with progress("rigs", total) as update:
         levels, found = fit(fitted(priors or PRIORS), plan, lambda done: update(done, f"{done} of {total}"))
-    write(levels, output)
+    with write_errors_last():
+        write(levels, output)
     return found
 
 
@@ -210,7 +211,8 @@ def intervals(
 
     levels, checks = to_fit(folders, priors, left_out)
     found = with_intervals(levels, checks, left_out)
-    write(found, output)
+    with write_errors_last():
+        write(found, output)
     spread = found.prediction
     console(json_to).print(
         f"{output}: from {spread.below:.2g} below to {spread.above:.2g} above, by {spread.cases} answers"
@@ -249,7 +251,8 @@ def odds(
 
     levels, checks = to_fit(folders, priors, left_out)
     levels, fits = with_odds(levels, checks, left_out, only)
-    write(levels, output)
+    with write_errors_last():
+        write(levels, output)
     for name, fit in fits.items():
         console(json_to).print(
             f"{name}: no cause {fit.odds.none:.2g} nats, something unknown {fit.odds.unknown:.2g}, two together "
@@ -341,7 +344,8 @@ def temperature(
 
     levels, checks = to_fit(folders, priors, left_out)
     levels, fit = with_temperature(levels, checks, left_out)
-    write(levels, output)
+    with write_errors_last():
+        write(levels, output)
     console(json_to).print(
         f"{output}: a temperature of {fit.temperature:.2g}, by {fit.factors} factors; true names are likelier by "
         f"{fit.gained:.2g} nats each, and {fit.held:.0%} of the sets hold them (before {fit.held_before:.0%})"

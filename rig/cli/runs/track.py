@@ -35,7 +35,8 @@ _path = click.Path(path_type=Path)
     multiple=True,
     type=click.Choice(["none", "model", "augmented"]),
     help="What goes before the feedback: nothing (none), the inverse of MODEL without added effects (model), or with "
-    "them (augmented). Repeat to compare. Default: model where one is given, else none.",
+    "them (augmented). Repeat to compare. Default: augmented where --augmented is given, else model where one is, "
+    "else none.",
 )
 @output_option(OutputKind.FOLDER, "Folder for the records; default: a new one under logs/.", metavar="DIR")
 @figure_option("PNG, SVG or PDF: angle, reference, error and command.")
@@ -71,7 +72,7 @@ def track(
         compose.allow_virtual(rig)
     for line in inventory.warnings(rig):
         click.echo(f"pamrig: warning: {in_lines(line)}", err=True)
-    chosen = kinds or (("model",) if any(models.values()) else ("none",))
+    chosen = kinds or (next((kind for kind in ("augmented", "model") if models[kind] is not None), "none"),)
     options = tracking.TrackOptions(reference, kinds=tuple(tracking.FeedForwardKind(kind) for kind in chosen), **models)
     with progress("computing the feed-forward", None):
         prepared = tracking.prepare(options, rig)
@@ -155,7 +156,8 @@ def tune(
         found = tune_for(loaded, rests, rig.period_ns, sensitivity=sensitivity, off=off, later_s=later_s)
     _tell_tuned(found, json_to)
     if place is not None and output is not None:
-        write_gains(place, found.gains, output)
+        with write_errors_last():
+            write_gains(place, found.gains, output)
     emit(tuned_json(found), json_to)
 
 

@@ -11,11 +11,12 @@ from click.testing import CliRunner, Result
 from support.records.made_logs import made_log
 
 from rig.app import compose
+from rig.app.gap import calibrating
 from rig.app.gap.campaign import Campaign
 from rig.app.gap.hunt import hunting, report
 from rig.app.gap.hunt.folder import Hunt, HuntStep
 from rig.app.gap.hunt.options import HuntOptions
-from rig.app.runs import replaying, sweeping
+from rig.app.runs import replaying, sweeping, tracking
 from rig.app.runs.outcome import RunOutcome
 from rig.cli.commands import cli
 from rig.errors import CheckFailed, Interrupted, RecordError, RigError
@@ -23,6 +24,7 @@ from rig.gap import diagnosis as diagnosing
 from rig.gap.answer.facts import Gap, Verdict, Where
 from rig.gap.answer.how_far import augment
 from rig.gap.answer.result import Diagnosis
+from rig.gap.settings import fitted
 from rig.realtime.faults import Fault
 from rig.report import fit_files, gap_page
 from rig.service.records.recorder_messages import RunResult
@@ -93,6 +95,27 @@ def test_a_model_is_told_as_json_where_its_figures_cannot_be_written(
     done = identified(tmp_path, "--figures", tmp_path / "figures", "--json", tmp_path / "m.json")
     assert str(done.exception) == "cannot be written: No space left on device"
     assert sorted(path.name for path in tmp_path.iterdir()) == ["m.json", "m.yaml", "rec.mcap"]
+
+
+def test_gains_are_told_as_json_where_the_reference_cannot_be_written(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(tracking, "write_gains", no_place)
+    files = ("--tracking", "tracking", "-o", tmp_path / "tuned.yaml", "--json", tmp_path / "tuned.json")
+    done = run("tune", "--model", MODEL, *files)
+    assert str(done.exception) == "cannot be written: No space left on device"
+    assert [path.name for path in tmp_path.iterdir()] == ["tuned.json"]
+
+
+def test_levels_are_told_as_json_where_their_file_cannot_be_written(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Hours of fitting ended in the line alone."""
+    monkeypatch.setattr(calibrating, "calibrate", lambda *_: fitted())
+    monkeypatch.setattr(calibrating, "write", no_place)
+    done = run("gap", "calibrate", "-o", tmp_path / "levels.yaml", "--json", tmp_path / "levels.json")
+    assert str(done.exception) == "cannot be written: No space left on device"
+    assert [path.name for path in tmp_path.iterdir()] == ["levels.json"]
 
 
 def test_the_simulator_with_the_causes_is_written_where_the_page_cannot_be(

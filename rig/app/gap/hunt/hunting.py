@@ -27,8 +27,7 @@ from rig.gap.reference.kinds import because, choose
 from rig.gap.settings import CREDIBLE
 from rig.log.reader import read
 from rig.model.parameters import Model, load_model
-from rig.outputs import OutputKind as Output
-from rig.outputs import write_text
+from rig.outputs import OutputKind, write_text
 
 NAMED, NOTHING, TIME = "named", "nothing parts the rest", "time"
 NO_GAP, NO_NAME = "no cause found", "something unknown"
@@ -178,7 +177,7 @@ def _planned(so_far: Hunt, sweep: str, why: str, minutes: float) -> Hunt:
     """The hunt with one more step, its sweep written, nothing recorded yet."""
     name = f"step_{len(so_far.steps) + 1}.yaml"
     so_far.folder.mkdir(parents=True, exist_ok=True)
-    write_text(so_far.folder / name, sweep, Output.SWEEP)
+    write_text(so_far.folder / name, sweep, OutputKind.SWEEP)
     so_far = replace(so_far, steps=(*so_far.steps, HuntStep(name, why, minutes)))
     so_far.save()
     return so_far

@@ -126,6 +126,16 @@ def test_augmented_is_the_model_with_its_effects(tmp_path: Path, wave: Path) -> 
     assert nominal["rmse_deg"] < 0.1 * late["rmse_deg"], "the simulated rig has no such delay"
 
 
+def test_an_augmented_model_that_is_named_is_used(tmp_path: Path, wave: Path) -> None:
+    """Without --feedforward it was passed over, or refused for want of --model where it was the only one."""
+    augmented = tmp_path / "augmented.yaml"
+    save_model(replace(load_model(Path(MODEL)), effects=[AddedEffect("delay", {"delay_s": 0.05})]), augmented)
+    for more in ((), ("--model", MODEL)):
+        out = tmp_path / f"out{len(more)}"
+        assert call(wave, "--augmented", augmented, *more, "-o", out).exit_code == 0
+        assert [record.name for record in out.iterdir()] == ["sine_0.5hz_20deg_augmented.mcap"]
+
+
 @pytest.mark.parametrize(
     ("words", "said"),
     [

@@ -177,7 +177,7 @@ def write(folder: Path, records: Sequence[Record]) -> None:
 def test_the_command_puts_days_in_order_of_time(tmp_path: Path) -> None:
     later = AddedEffect("delay", {"delay_s": 0.04})
     for name, records in (
-        ("b_2026-03-02", session(4)),
+        ("20260302T120000Z_b", session(4)),  # as pamrig names a folder itself
         ("a_2026-03-09", session(5, later)),
         ("c_2026-02-01", session(6)),
     ):
@@ -194,8 +194,8 @@ def test_the_command_puts_days_in_order_of_time(tmp_path: Path) -> None:
     )  # fmt: skip
     assert called.exit_code == 0, called.output
     report = json.loads((tmp_path / "h.json").read_text())
-    assert [day["name"] for day in report["days"]] == ["c_2026-02-01", "b_2026-03-02", "a_2026-03-09"]
-    assert [day["days"] for day in report["days"]] == [0.0, 29.0, 36.0]
+    assert [day["name"] for day in report["days"]] == ["c_2026-02-01", "20260302T120000Z_b", "a_2026-03-09"]
+    assert [day["days"] for day in report["days"]] == [0.0, 29.5, 36.0]
     assert "delay" in report["days"][-1]["sizes"]
     assert (tmp_path / "h.svg").exists()
 
