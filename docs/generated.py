@@ -137,7 +137,7 @@ def commands() -> str:
 
 def _options(command: click.Command, name: str = "") -> Iterator[tuple[str, click.Option]]:
     """Every option of the command and of those below it, with the command that has it."""
-    yield from ((name, param) for param in command.params if isinstance(param, click.Option))
+    yield from ((name, param) for param in command.params if isinstance(param, click.Option) and not param.hidden)
     if isinstance(command, click.Group):
         context = click.Context(command)
         for item in command.list_commands(context):

@@ -13,7 +13,7 @@ from typing import Any, Final
 
 from rig.blind_check.answer import answer_cases
 from rig.blind_check.experiments import figures_by_experiments
-from rig.blind_check.folder import MODEL_FILES, CheckFolder, read_json, read_truth, write_json
+from rig.blind_check.folder import MODEL_FILES, CheckFolder, read_json, read_truth, require_answers, write_json
 from rig.blind_check.follow_up import carry_out, rounds_of
 from rig.blind_check.generate import BenchCases, make_unit, open_labels
 from rig.blind_check.modes import MODES, ROUNDS
@@ -50,9 +50,11 @@ def answer_chunk(folder: CheckFolder, tokens: Sequence[str]) -> int:
 
 
 def score_unit(unit: BenchCases, rounds: int = ROUNDS) -> int:
-    """Recommended experiments, at most so many `rounds`, and scores of a unit's answered cases; returns how many."""
+    """Recommended experiments, at most so many `rounds`, and scores of a unit's cases; returns how many. RecordError
+    where one is not answered."""
     labels = dict(zip(unit.tokens, unit.labels, strict=True))
     missing = {token: label for token, label in labels.items() if not unit.folder.score(token).exists()}
+    require_answers(unit.folder, missing)
     carry_out(unit.source, unit.folder, missing, rounds)
     for token, label in missing.items():
         write_json(unit.folder.score(token), score_case(unit.folder, token, label).to_json())

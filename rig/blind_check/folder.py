@@ -18,7 +18,7 @@ import hashlib
 import json
 import os
 import shutil
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
@@ -123,6 +123,13 @@ def read_json(path: Path) -> Any:
         raise RecordError(str(error)) from None
     except (ValueError, RecursionError):
         raise RecordError(f"{path}: is not JSON") from None
+
+
+def require_answers(folder: CheckFolder, tokens: Iterable[str]) -> None:
+    """RecordError, with what to do, when one of these questions has no answer."""
+    for token in tokens:
+        if not os.path.lexists(path := folder.answer(token)):
+            raise RecordError(f"{path}: no answer to {token!r}; run `pamrig gap check answer {folder.root}` first")
 
 
 def write_day(named: Named, folder: Path) -> None:

@@ -58,7 +58,8 @@ def draw(
 ) -> str:
     """Draw and seal the labels of a new check at `root`; returns the hash, to be printed before anything else happens.
 
-    A check that is already there must be of the same seed and size (then it is resumed); RecordError otherwise.
+    A check that is already there must be of the same seed, size, modes and source (then it is resumed); RecordError
+    otherwise.
     """
     folder = CheckFolder(root)
     sheet: dict[str, Any] = {"seed": seed, "cases": source.sheet(seed, cases), "modes": list(modes)}
@@ -68,7 +69,7 @@ def draw(
         public = read_json(folder.sealed)
         if seal(sheet, bytes(32)).sha256 != public["sealed_sha256"]:
             raise RecordError(
-                f"{root}: holds another check ({public['cases']} cases); choose another folder or its seed and size"
+                f"{root}: holds another check ({public['cases']} cases); choose another folder, or ask as it was asked"
             )
         return str(public["sealed_sha256"])
     key = key or new_key()

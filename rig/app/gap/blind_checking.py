@@ -3,7 +3,6 @@ cluster."""
 
 import secrets
 from collections.abc import Callable, Sequence
-from datetime import datetime
 from pathlib import Path
 from typing import Any
 
@@ -23,6 +22,7 @@ from rig.errors import ConfigError, RecordError
 from rig.gap.hypotheses.library import LIBRARY
 from rig.gap.settings import fitted
 from rig.number_text import counted
+from rig.outputs import make_folder
 from rig.parallel import each, executor
 
 DAYS_NEED = 2
@@ -74,9 +74,12 @@ def _modes_of(records: Path, groups: Sequence[str]) -> tuple[str, ...]:
     return tuple(groups) or can
 
 
-def new_folder() -> Path:
-    """A folder under logs/ named by the time."""
-    return Path("logs").absolute() / f"check_{datetime.now().astimezone():%Y%m%d_%H%M%S}"
+def source_of_labels(folder: CheckFolder) -> Source:
+    """The generator that the labels of a sealed check are of: plants, or somebody's records, which the steps after the
+    making have no need of."""
+    labels, _ = open_labels(folder)
+    first = next(iter(labels.values()))
+    return RecordsSource(Path(first["family"])) if "held" in first else PhysicsSource()
 
 
 def seal(
@@ -90,16 +93,40 @@ def seal(
 ) -> str:
     """Seal the labels, or go on with those that are there; their SHA-256, before anything is computed.
 
-    `priors`: the levels to answer by, kept beside the seal. ConfigError when they are none.
+    `priors`: the levels to answer by, kept beside the seal. ConfigError when they are none, or not those of the check
+    that is there.
     """
     if priors is not None:
         fitted(priors)
-    if seed is None:
-        seed = open_labels(folder)[1] if folder.sealed.exists() else secrets.randbits(48)
-    sha256 = draw(source, folder.root, seed, cases, names_of(groups or GROUPS, angle))
-    if priors is not None and not folder.priors.exists():
-        folder.priors.write_bytes(priors.read_bytes())
-    return sha256
+    if folder.sealed.exists():
+        _check_same_priors(folder, priors)
+        seed = open_labels(folder)[1] if seed is None else seed
+    else:
+        _keep_priors(folder, priors)
+    return draw(
+        source,
+        folder.root,
+        secrets.randbits(48) if seed is None else seed,
+        cases,
+        names_of(groups or GROUPS, angle),
+    )
+
+
+def _check_same_priors(folder: CheckFolder, priors: Path | None) -> None:
+    """ConfigError where the answers of a check would be by two sorts of levels."""
+    kept = folder.priors.read_bytes() if folder.priors.exists() else None
+    if priors is not None and priors.read_bytes() != kept:
+        by = "the shipped levels" if kept is None else f"other levels ({folder.priors})"
+        raise ConfigError(f"--priors {priors}: {folder.root} holds a check that is answered by {by}; name another -o")
+
+
+def _keep_priors(folder: CheckFolder, priors: Path | None) -> None:
+    """Those of a new check, before its seal: one that is killed between the two begins anew."""
+    if priors is None:
+        folder.priors.unlink(missing_ok=True)
+        return
+    make_folder(folder.root)
+    folder.priors.write_bytes(priors.read_bytes())
 
 
 def questions_in(place: CheckFolder) -> list[str]:

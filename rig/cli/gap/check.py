@@ -10,14 +10,13 @@ from rig.cli.common import emit, json_option
 from rig.cli.gap.check_options import (
     Drawn,
     dask_option,
-    development_option,
     drawn_options,
     experiments_option,
     folder_argument,
-    records_option,
+    former_source_options,
 )
 from rig.cli.gap.options import html_option, page_option, path_type, workers_option
-from rig.cli.outputs import Group, options_behind_the_step, output_option, write_errors_last
+from rig.cli.outputs import Group, options_behind_the_step, output_option, refuse_options, write_errors_last
 from rig.number_text import counted
 from rig.outputs import OutputKind
 
@@ -57,12 +56,13 @@ def check(
     import time
     from functools import partial
 
-    from rig.app.gap.blind_checking import new_folder, spread
+    from rig.app.gap.blind_checking import spread
+    from rig.app.runs.record_folders import new_folder
     from rig.blind_check.check import make_answer_score, result_of
     from rig.blind_check.folder import CheckFolder
     from rig.blind_check.generate import units
 
-    begun, folder = time.monotonic(), CheckFolder(output.resolve() if output else new_folder())
+    begun, folder = time.monotonic(), CheckFolder((output or new_folder("check")).resolve())
     source = _sealed(folder, drawn, json_to)
     work = partial(make_answer_score, keep=keep, rounds=experiments)
     spread(work, units(source, folder), drawn.cases, "cases", drawn.dask, drawn.workers)
@@ -117,22 +117,20 @@ def answer(folder: Path, dask: str | None, workers: int | None) -> None:
     metavar="LABELS.json",
     help="Labels of your own records as JSON, in place of sealed ones.",
 )
-@development_option
 @experiments_option
-@records_option
+@former_source_options
 @dask_option
 @workers_option
 @html_option
 @json_option
 def score(
-    folder: Path, labels: Path | None, development: bool, records: Path | None, experiments: int,
-    dask: str | None, workers: int | None, html_to: Path | None,
-    json_to: str | None
+    folder: Path, labels: Path | None, experiments: int, dask: str | None, workers: int | None, html_to: Path | None,
+    json_to: str | None,
 ) -> None:  # fmt: skip
     """Open the labels of FOLDER and score its answers; recommended experiments are carried out first."""
     from functools import partial
 
-    from rig.app.gap.blind_checking import source_and_modes, spread
+    from rig.app.gap.blind_checking import source_of_labels, spread
     from rig.blind_check.check import result_of, score_unit
     from rig.blind_check.folder import CheckFolder
     from rig.blind_check.generate import units
@@ -140,9 +138,10 @@ def score(
 
     place = CheckFolder(folder)
     if labels is not None:
+        refuse_options(("experiments", "dask", "workers"), "goes with sealed labels; --labels carries out nothing")
         _report(place, score_own(place, labels), html_to, json_to)
         return
-    work = units(source_and_modes(records, development)[0], place)
+    work = units(source_of_labels(place), place)
     spread(
         partial(score_unit, rounds=experiments), work, sum(len(unit.tokens) for unit in work), "cases", dask, workers
     )

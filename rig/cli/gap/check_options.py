@@ -9,6 +9,7 @@ from typing import Any
 import click
 
 from rig.blind_check.modes import GROUPS, ROUNDS
+from rig.cli.common import F
 from rig.cli.gap.options import families_option, path_type, workers_option
 
 folder_argument = click.argument("folder", type=path_type)
@@ -16,10 +17,8 @@ _cases = click.option("--cases", type=click.IntRange(4, 100_000), default=40, sh
 _seed = click.option(
     "--seed", type=click.IntRange(0), help="Seed of the labels; default: a secret one, told after the score."
 )
-development_option = click.option(
-    "--development", is_flag=True, help="Development cases: never the same as any scored ones."
-)
-records_option = click.option(
+_development = click.option("--development", is_flag=True, help="Development cases: never the same as any scored ones.")
+_records = click.option(
     "--records",
     type=path_type,
     metavar="FOLDER",
@@ -65,6 +64,16 @@ _own_zero = click.option(
 )
 
 
+def former_source_options(command: F) -> F:
+    """What `score` had to be told of the cases before it read it from their labels: still understood, in no help."""
+    for option in (
+        click.option("--development", is_flag=True, hidden=True, expose_value=False),
+        click.option("--records", type=path_type, metavar="FOLDER", hidden=True, expose_value=False),
+    ):
+        command = option(command)
+    return command
+
+
 @dataclass(frozen=True)
 class Drawn:
     """Which cases are drawn, and who works on them: one field an option of `drawn_options`."""
@@ -93,8 +102,8 @@ def drawn_options(command: Callable[..., None]) -> Callable[..., None]:
 
     # decorators are applied from the last to the first, and the help lists the last applied on top
     for option in (
-        workers_option, dask_option, _priors, _no_angle, _own_zero, _sweep, _modes, records_option, families_option,
-        development_option, _seed, _cases,
+        workers_option, dask_option, _priors, _no_angle, _own_zero, _sweep, _modes, _records, families_option,
+        _development, _seed, _cases,
     ):  # fmt: skip
         gathered = option(gathered)
     return gathered

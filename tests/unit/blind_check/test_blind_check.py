@@ -16,14 +16,17 @@ from support.records.short_session import short_session
 
 from hil.reference.cases import Purpose
 from hil.reference.source import PhysicsSource
+from rig.app.gap.blind_checking import seal
 from rig.blind_check import generate
 from rig.blind_check.check import make_answer_score, result_of, result_of_all, score_unit
-from rig.blind_check.folder import CheckFolder, read_json, read_truth
+from rig.blind_check.folder import CheckFolder, read_json, read_truth, write_json
 from rig.blind_check.generate import draw, make_unit, open_labels, units
 from rig.blind_check.modes import measures_of, names_of
+from rig.blind_check.user_labels import score_own
 from rig.cli.gap.check import check
-from rig.errors import RecordError
+from rig.errors import ConfigError, RecordError
 from rig.gap.hypotheses.library import LIBRARY
+from rig.gap.settings import PRIORS
 from rig.log.reader import read
 from rig.report.check_page import write_page
 
@@ -182,6 +185,43 @@ def test_own_records_are_scored_by_own_labels(finished: CheckFolder, tmp_path: P
     refused = CliRunner().invoke(check, ["score", str(finished.root), "--labels", str(path)])
     assert isinstance(refused.exception, RecordError)
     assert "no answer to 'nowhere'" in str(refused.exception)
+
+
+def test_own_labels_are_scored_in_whatever_way_it_was_asked(finished: CheckFolder, tmp_path: Path) -> None:
+    """Of a check without the mode `pressures` the score was a KeyError."""
+    answer = read_json(next(iter(sorted(finished.answers.glob("*.json")))))
+    place, labels = CheckFolder(tmp_path), tmp_path / "labels.json"
+    write_json(place.answer("mine"), answer | {"modes": {"fingerprint": answer["modes"]["pressures"]}})
+    labels.write_text(json.dumps({"mine": []}))
+    assert list(score_own(place, labels)["modes"]) == ["fingerprint"]
+    for ratio in ("much", -1.0, [3.0]):
+        labels.write_text(json.dumps({"mine": [{"effect": "backlash", "ratio": ratio}]}))
+        with pytest.raises(RecordError, match="mine: ratio: expected a number"):
+            score_own(place, labels)
+
+
+def test_a_score_before_the_answers_says_what_is_to_be_done(tmp_path: Path) -> None:
+    """It was a file that is no such file, nor a folder."""
+    draw(SOURCE, tmp_path, SEED, CASES)
+    refused = CliRunner().invoke(check, ["score", str(tmp_path), "--workers", "1"])
+    assert isinstance(refused.exception, RecordError)
+    assert f"run `pamrig gap check answer {tmp_path}` first" in str(refused.exception)
+
+
+def test_a_check_is_answered_by_the_levels_that_it_was_begun_with(tmp_path: Path) -> None:
+    """Other ones were passed over without a word, or answered the questions that were still to be made."""
+    mine, other = (tmp_path / f"{name}.yaml" for name in ("mine", "other"))
+    for file in (mine, other):
+        file.write_text(f"{PRIORS.read_text()}# {file.name}\n")
+    by_mine, by_shipped = (CheckFolder(tmp_path / name) for name in ("by_mine", "by_shipped"))
+    hashes = [seal(SOURCE, by_mine, 4, 7, ("days",), priors=given) for given in (mine, mine, None)]
+    assert len(set(hashes)) == 1
+    assert by_mine.priors.read_bytes() == mine.read_bytes()
+    seal(SOURCE, by_shipped, 4, 7, ("days",))
+    for folder, by in ((by_mine, "other levels"), (by_shipped, "the shipped levels")):
+        with pytest.raises(ConfigError, match=f"holds a check that is answered by {by}"):
+            seal(SOURCE, folder, 4, 7, ("days",), priors=other)
+    assert not by_shipped.priors.exists()
 
 
 def test_a_question_that_is_written_is_not_made_again(finished: CheckFolder, tmp_path: Path) -> None:

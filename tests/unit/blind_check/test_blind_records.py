@@ -126,3 +126,5 @@ def test_the_whole_check_on_records_seals_asks_and_scores(alone: Path, tmp_path:
     assert done.exit_code == 0, done.output
     assert '"one_day"' in done.output
     assert (out / "sealed.json").exists()
+    again = CliRunner().invoke(check, ["score", str(out), "--workers", "1"], catch_exceptions=False)
+    assert again.exit_code == 0, "its labels say that these are records: `score` is not told so again"
