@@ -38,7 +38,8 @@ class Gaussian:
     pattern_degrees: float = math.inf
     """Degrees of freedom with which that factor is known."""
     as_well: "Column | None" = None
-    """(l,) by how much more the variance may be as well, see `Factor.of_its_class`; None: it is as it stands."""
+    """(l,) by how much more the variance may be as well (`Factor.of_its_class`, `Prior.answer`); None: it is as it
+    stands."""
     log_chance: float = 0.0
     """ln of how likely that is, against the variance as it stands."""
 
