@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import numpy as np
+import pytest
 from click.testing import CliRunner
 from support.records.made_logs import made_log
 
@@ -12,15 +13,16 @@ from rig.cli.model.identify import validate
 from rig.report.fit_figures import comparison_figure
 
 
-def test_models_of_one_file_name_each_have_their_column(tmp_path: Path) -> None:
+def test_models_of_one_file_name_each_have_their_column(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Only the last was there; in the figures its curve stood in place of the model that is validated, too."""
-    made_log(tmp_path / "rec.mcap")
-    models = [tmp_path / day / "model.yaml" for day in ("monday", "tuesday", "friday")]
+    monkeypatch.chdir(tmp_path)  # names so short that a narrow terminal has them on one line
+    made_log(Path("rec.mcap"))
+    models = [Path(day) / "model.yaml" for day in ("monday", "tuesday", "friday")]
     for model in models:
         model.parent.mkdir()
         model.write_bytes((shipped.configs() / "models" / "simulated.yaml").read_bytes())
     first, second, third = map(str, models)
-    done = CliRunner().invoke(validate, [first, str(tmp_path / "rec.mcap"), "--beside", second, "--beside", third])
+    done = CliRunner().invoke(validate, [first, "rec.mcap", "--beside", second, "--beside", third])
     assert done.exit_code == 0, done.output
     for beside in (second, third):
         assert f"RMSE {beside}" in done.output
