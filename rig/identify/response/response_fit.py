@@ -36,6 +36,8 @@ REGULATOR_LOW, REGULATOR_HIGH = np.array([0.0, 2e-3, 2e-3]), np.array([0.5, 1.0,
 REGULATOR_STARTS: tuple[Regulator, ...] = ((0.01, 0.04, 0.04), (0.06, 0.1, 0.1))
 MOST_EXPONENT = 2.0
 """Of the law of the mean pressure."""
+EXPONENT_TO, EXPONENTS = 0.02, 7
+"""How wide an interval of it is left, and how many are tried in each. Fewer than five miss the middle of one."""
 MEAN_MOVES = 0.05
 """Where (p1 + p2) / 2 stays within this share of P0 (between its 5 and 95 % quantiles), records say nothing of that
 law."""
@@ -177,16 +179,15 @@ def mean_pressure_moves(means_mpa: Sequence[Column], p0_mpa: float) -> bool:
 
 
 def fit_mean_exponent(records: Sequence[Drive], p0_mpa: float) -> float:
-    """The exponent of the mean pressure, 0 .. MOST_EXPONENT, with which the bank leaves least of the angles."""
-    from scipy.optimize import minimize_scalar  # 0.3 s to import, and most rigs keep their mean pressure
-
-    fit = minimize_scalar(
-        lambda exponent: fit_bank(records, p0_mpa, exponent)[1],
-        bounds=(0.0, MOST_EXPONENT),
-        method="bounded",
-        options={"xatol": 0.01},
-    )
-    return float(fit.x)
+    """The exponent of the mean pressure, 0 .. MOST_EXPONENT, with which the bank leaves least of the angles, to 0.01:
+    a few are tried, then as many between the neighbours of the best. An optimiser of scipy takes longer to be imported
+    than this, and a diagnosis needs no other."""
+    low, high, best = 0.0, MOST_EXPONENT, 0.0
+    while high - low > EXPONENT_TO:
+        tried = np.linspace(low, high, EXPONENTS)
+        at = int(np.argmin([fit_bank(records, p0_mpa, float(exponent))[1] for exponent in tried]))
+        best, low, high = float(tried[at]), float(tried[max(at - 1, 0)]), float(tried[min(at + 1, EXPONENTS - 1)])
+    return best
 
 
 def fit_balance(records: Sequence[Drive], p0_mpa: float, exponent: float = 1.0) -> Balance:
