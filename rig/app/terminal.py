@@ -74,8 +74,8 @@ def styled(*parts: str | tuple[str, str]) -> "Text":
 
 
 def listing(names: str, *titles: str, title: str | None = None) -> "Table":
-    """A plain table of names and what belongs to them. Names stay whole however narrow it is; other cells are folded,
-    never cut."""
+    """A plain table of names and what belongs to them. Names stay whole however narrow it is, and so do words of
+    titles; other cells are folded, never cut."""
     from rich.cells import cell_len
     from rich.table import Column, Table
     from rich.text import Text
@@ -86,7 +86,8 @@ def listing(names: str, *titles: str, title: str | None = None) -> "Table":
             for number, (column, cell) in enumerate(zip(self.columns, shown, strict=False)):
                 pieces = str(cell).split() if number else str(cell).splitlines()
                 longest = max(map(cell_len, [str(column.header) if number else "", *pieces]), default=0)
-                needed = min(longest, _CELL_COLUMNS) if number else longest
+                titled = max(map(cell_len, str(column.header).split()), default=0)
+                needed = max(min(longest, _CELL_COLUMNS), titled) if number else longest
                 column.min_width = max(column.min_width or 0, needed)
             super().add_row(*shown, **how)
 
