@@ -213,10 +213,11 @@ def _angle_levels(expected: Expected, levels: FactorLevels) -> FactorLevels:
     return levels.wider("offset", ZERO_BY_HAND) if expected.other_zero else levels
 
 
-def other_pressures(expected: Expected) -> tuple[Column, float]:
+def other_pressures(expected: Expected, late: Sequence[RecordContext]) -> tuple[Column, float]:
     """(n,) what pressures that are others than the reference's, and not only later, change in the expected angle, deg;
-    and the share (rms) by which the reference's description misses the angles that it was made from."""
-    usual_deg = np.concatenate([as_late_as_measured(context).reference.angle_deg for context in expected.contexts])
+    and the share (rms) by which the reference's description misses the angles that it was made from. `late`: the
+    contexts, as late as the measured pressures."""
+    usual_deg = np.concatenate([context.reference.angle_deg for context in late])
     missed_deg = max(expected.response.misfit_deg, expected.missed_deg)
     return np.concatenate(list(expected.base)) - usual_deg, missed_deg / max(float(np.std(usual_deg)), 1e-9)
 
@@ -227,9 +228,11 @@ def _answering_other_pressures(factor: Factor, expected: Expected, prior: Prior)
     several times as rough (`Prior.answer`); and what it misses of those comes with the motion, at another time than on
     the earlier days."""
     contexts = [as_late_as_measured(context) for context in expected.contexts]
+    moved_deg, rho = other_pressures(expected, contexts)
+    # a constant would reach into lines where there is nothing but noise, and what may be rougher free that
+    moving_deg = _without_means(moved_deg, Course(tuple(contexts)))
     lines = factor.lines
-    moved_deg, rho = other_pressures(expected)
-    changed = lines.of(moved_deg)
+    changed, moving = lines.of(np.column_stack([moved_deg, moving_deg])).T
     healthy = with_law(factor.healthy, lines, changed, rho, prior)
     commands = [(context.pair.u1_mpa - context.pair.u2_mpa, context.pair.dt_s) for context in contexts]
     rougher = rougher_beyond(lines, min(expected.known_hz, known_by_hz(commands)))
@@ -240,8 +243,6 @@ def _answering_other_pressures(factor: Factor, expected: Expected, prior: Prior)
     ])  # fmt: skip
     missed = np.concatenate([context.reference.angle_deg - context.propagated for context in contexts])
     healthy = healthy.with_variance(at_another_time(lines, missed, later_s))
-    # a constant would reach into lines where there is nothing but noise, and free that
-    moving = lines.of(_without_means(moved_deg, Course(tuple(contexts))))
     return replace(factor, healthy=replace(healthy, as_well=(prior.answer * rho * moving) ** 2))
 
 

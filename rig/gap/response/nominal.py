@@ -14,10 +14,9 @@ from rig.gap.records.pairs import Pair
 from rig.identify.response.response_fit import (
     Drive,
     RegulatorRecord,
-    fit_mean_exponent,
     fit_regulator,
     fit_response,
-    mean_pressure_moves,
+    shown_mean_exponent,
 )
 from rig.model.compiled.response import regulated
 from rig.model.parameters import Model
@@ -62,9 +61,7 @@ def describe(
         Drive(pair.dt_s, reference.p1_mpa, reference.p2_mpa, reference.angle_deg, pair.used)
         for pair, reference in zip(pairs, references, strict=True)
     ]
-    means = [0.5 * (record.p1_mpa + record.p2_mpa) for record in records]
-    exponent = fit_mean_exponent(records, p0_mpa) if mean_pressure_moves(means, p0_mpa) else 1.0
-    return fit_response(records, p0_mpa, regulators, exponent)
+    return fit_response(records, p0_mpa, regulators, shown_mean_exponent(records, p0_mpa))
 
 
 def references_of(

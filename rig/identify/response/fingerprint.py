@@ -19,10 +19,9 @@ from rig.identify.response.response_fit import (
     bank_sums,
     corrected_misfit_mpa,
     fit_correction,
-    fit_mean_exponent,
     fit_regulator,
     fit_response,
-    mean_pressure_moves,
+    shown_mean_exponent,
 )
 from rig.model.compiled.columns import drive
 from rig.model.compiled.response import RESPONSE_TERMS, regulated
@@ -101,8 +100,7 @@ def _response_part(records: Sequence[_Gridded], given: tuple[Regulator, Regulato
         if given
         else [proven_correction(own, valve, model.p0_mpa) for own, valve in zip(lines, (first, second), strict=True)]
     )
-    moves = mean_pressure_moves(_means(records), model.p0_mpa)
-    exponent = _short(fit_mean_exponent(drives, model.p0_mpa)) if moves else 1.0
+    exponent = _short(shown_mean_exponent(drives, model.p0_mpa))
     found = fit_response(drives, model.p0_mpa, (first, second), exponent)
     return Fingerprint(
         pressures=PressureSource.VIRTUAL if given else PressureSource.MEASURED,

@@ -10,7 +10,7 @@ from dataclasses import replace
 import numpy as np
 
 from rig.identify.records.data import Prepared
-from rig.identify.response.response_fit import Drive, fit_mean_exponent, mean_pressure_moves
+from rig.identify.response.response_fit import Drive, mean_pressure_moves, shown_mean_exponent
 from rig.model.parameters import Input, Model, Parameter
 from rig.record import Column, Record
 
@@ -60,8 +60,7 @@ def hold(start: Model, data: Sequence[Prepared]) -> Model:
         return start
     drives = [Drive(start.sample_time_s, each.p1_mpa, each.p2_mpa, each.angle_deg, _counted(each)) for each in data]
     parameter = start.muscle.parameters[NAME]
-    moves = mean_pressure_moves([0.5 * (each.p1_mpa + each.p2_mpa) for each in data], start.p0_mpa)
-    found = fit_mean_exponent(drives, start.p0_mpa) if moves else parameter.value
+    found = shown_mean_exponent(drives, start.p0_mpa, otherwise=parameter.value)
     return _with(start, replace(parameter, value=float(np.clip(found, parameter.low, parameter.high)), free=False))
 
 

@@ -178,6 +178,12 @@ def mean_pressure_moves(means_mpa: Sequence[Column], p0_mpa: float) -> bool:
     return bool(high - low > MEAN_MOVES * p0_mpa)
 
 
+def shown_mean_exponent(records: Sequence[Drive], p0_mpa: float, otherwise: float = 1.0) -> float:
+    """`fit_mean_exponent` where the mean pressure moves far enough to show it; `otherwise` where it does not."""
+    means = [0.5 * (record.p1_mpa + record.p2_mpa) for record in records]
+    return fit_mean_exponent(records, p0_mpa) if mean_pressure_moves(means, p0_mpa) else otherwise
+
+
 def fit_mean_exponent(records: Sequence[Drive], p0_mpa: float) -> float:
     """The exponent of the mean pressure, 0 .. MOST_EXPONENT, with which the bank leaves least of the angles, to 0.01:
     a few are tried, then as many between the neighbours of the best. An optimiser of scipy takes longer to be imported

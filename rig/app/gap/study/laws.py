@@ -5,7 +5,7 @@ what the pressures that an effect changes do to the angle.
 What `pamrig gap study laws` does; nothing is diagnosed, and no case of a check is looked at.
 """
 
-from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
@@ -29,8 +29,10 @@ from rig.gap.hypotheses.inverse_problems import (
 from rig.gap.hypotheses.library import LIBRARY, Effect
 from rig.gap.records.pairs import pair_up
 from rig.gap.reference.build import expect
+from rig.gap.reference.expectation import Factor
 from rig.gap.reference.expected import Expected
 from rig.gap.reference.kinds import ReferenceKind
+from rig.gap.response.propagate import as_late_as_measured
 from rig.gap.settings import MOST_ROUGH, Fitted, fitted
 from rig.parallel import executor
 from rig.record import Column, Record
@@ -128,13 +130,11 @@ def of_rig(number: int, case: Case, effects: Collection[str] = LIBRARY.keys()) -
             if not REACHED * ratio <= made.ratio_angle <= ratio / REACHED:
                 continue
             pairing = pair_up(records_of(made.records), [healthy], p0_mpa)
-            expected = expect(ReferenceKind.SESSION, False, None, pairing)
-            share = _left(LIBRARY[name], expected, settings)
-            found += (
-                []
-                if share is None
-                else [LawError(case.family, name, share, _answer(LIBRARY[name], expected, settings))]
-            )
+            effect, expected = LIBRARY[name], expect(ReferenceKind.SESSION, False, None, pairing)
+            angle = angle_problem(expected, settings)
+            share = _left(effect, angle, expected, settings)
+            if share is not None:
+                found.append(LawError(case.family, name, share, _answer(effect, angle.forward.factor, expected)))
     return found
 
 
@@ -143,8 +143,8 @@ def usual_errors(found: Sequence[LawError]) -> dict[str, float]:
     from a law as any of them."""
     out = {}
     for effect in dict.fromkeys(one.effect for one in found):
-        shares = [median(some) for some in _by_family(one for one in found if one.effect == effect)]
-        out[effect] = min(max(float(np.sqrt(np.mean(np.square(shares)))), LEAST_ROUGH), MOST_ROUGH)
+        share = _usual((one.family, one.share) for one in found if one.effect == effect)
+        out[effect] = min(max(share, LEAST_ROUGH), MOST_ROUGH)
     return out
 
 
@@ -163,15 +163,16 @@ def shares_of_usual(found: Sequence[LawError], usual: Sequence[float]) -> tuple[
 
 def usual_answer(found: Sequence[LawError]) -> float | None:
     """Root of the mean square over families of what is in the middle of each; None where none tells."""
-    told = [replace(one, share=one.answer) for one in found if one.answer is not None]
-    return float(np.sqrt(np.mean(np.square([median(some) for some in _by_family(told)])))) if told else None
+    told = [(one.family, one.answer) for one in found if one.answer is not None]
+    return _usual(told) if told else None
 
 
-def _by_family(found: Iterable[LawError]) -> Iterator[list[float]]:
+def _usual(told: Iterable[tuple[str, float]]) -> float:
+    """Root of the mean square over families of what is in the middle of each, of numbers with their family."""
     by: dict[str, list[float]] = {}
-    for one in found:
-        by.setdefault(one.family, []).append(one.share)
-    yield from by.values()
+    for family, number in told:
+        by.setdefault(family, []).append(number)
+    return float(np.sqrt(np.mean(np.square([median(some) for some in by.values()]))))
 
 
 def _healthy(case: Case) -> list[Record]:
@@ -189,11 +190,11 @@ def _nudged(record: Record) -> Record:
     return replace(record, p1_mpa=first, p2_mpa=second, angle_deg=angle)
 
 
-def _left(effect: Effect, expected: Expected, settings: Fitted) -> float | None:
+def _left(effect: Effect, angle: InverseProblem, expected: Expected, settings: Fitted) -> float | None:
     """What the effect's best law leaves on the factor of which it explains more; None where no law fits.
 
     A leak that makes a regulator hunt a little is heard by the monitors and told by the angle."""
-    problems = [angle_problem(expected, settings)]
+    problems = [angle]
     if expected.driven:
         problems.append(pressure_problem(expected, settings))
     found = []
@@ -204,17 +205,16 @@ def _left(effect: Effect, expected: Expected, settings: Fitted) -> float | None:
     return min(max(found)[1], ALL) if found else None
 
 
-def _answer(effect: Effect, expected: Expected, settings: Fitted) -> float | None:
-    """What `LawError.answer` says, of an effect ahead of the monitors."""
+def _answer(effect: Effect, angle: Factor, expected: Expected) -> float | None:
+    """What `LawError.answer` says, of an effect ahead of the monitors; `angle`: what is expected of it."""
     if not expected.driven or not any(map(acts_ahead, effect.laws)):
         return None
-    factor = angle_problem(expected, settings).forward.factor
-    moved_deg, missed = other_pressures(expected)
-    changed = factor.lines.of(moved_deg)
+    moved_deg, missed = other_pressures(expected, [as_late_as_measured(context) for context in expected.contexts])
+    changed = angle.lines.of(moved_deg)
     whole = [context.pair.case.angle_deg - context.reference.angle_deg for context in expected.contexts]
-    if rms(changed) < MOSTLY * rms(factor.lines.of(np.concatenate(whole))):
+    if rms(changed) < MOSTLY * rms(angle.lines.of(np.concatenate(whole))):
         return None
-    left = beside(factor.gap_lines, factor.healthy.patterns[:, : factor.healthy.between_days])
+    left = beside(angle.gap_lines, angle.healthy.patterns[:, : angle.healthy.between_days])
     return rms(left) / max(missed * rms(changed), 1e-12)
 
 

@@ -12,6 +12,7 @@ from rig.gap.diagnosis import diagnose_with_grounds
 from rig.gap.hypotheses.inverse_problems import angle_forward, at_another_time, other_pressures, rougher_beyond
 from rig.gap.likelihood.gaussian import Gaussian
 from rig.gap.likelihood.lines import lines_of
+from rig.gap.response.propagate import as_late_as_measured
 from rig.gap.settings import fitted
 from rig.model.parameters import AddedEffect
 
@@ -58,7 +59,8 @@ def test_a_description_may_answer_other_pressures_several_times_as_roughly_or_as
         return angle_forward(grounds.expected, settings).factor.healthy
 
     lines = angle_forward(grounds.expected, fitted()).factor.lines
-    moved_deg, missed = other_pressures(grounds.expected)
+    late = [as_late_as_measured(context) for context in grounds.expected.contexts]
+    moved_deg, missed = other_pressures(grounds.expected, late)
     changed = lines.of(moved_deg)
     rough = 4.0 * missed * changed * np.random.default_rng(5).standard_normal(len(changed))
     assert healthy(6.0).log_density(rough) > healthy(0.0).log_density(rough) + 3.0, "so rough it may be"
