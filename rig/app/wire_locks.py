@@ -10,6 +10,7 @@ then.
 import errno
 import hashlib
 import itertools
+import math
 import os
 import signal
 import socket
@@ -95,14 +96,17 @@ def _somebody_else(wires: Sequence[str], commander: int) -> str:
 
 def _await_safe(wire: str) -> None:
     """Until nobody writes the safe state to a wire that has just been taken; DeviceLost when that comes to no end."""
-    deadline = time.monotonic() + ATTEMPT_S
+    deadline, gone_by = time.monotonic() + ATTEMPT_S, math.inf
     while makers := _makers(wire):
+        now = time.monotonic()
         for name, inode in makers.items():
             *_, kind, _, pid = name.split()
-            if kind == _WATCHER and (is_stopped(int(pid)) or time.monotonic() > deadline):
+            if kind == _WATCHER and (is_stopped(int(pid)) or now > deadline):
                 _end(int(pid), inode)
-        if time.monotonic() > deadline + GONE_S:
+        if now > gone_by:
             raise DeviceLost(f"{wire}: is being made safe by {_introduced(int(pid))}; end that first")
+        if now > deadline:  # counted from this look: who stood still meanwhile, with the machine, has ended nobody yet
+            gone_by = min(gone_by, now + GONE_S)
         time.sleep(_LOOK_S)
 
 

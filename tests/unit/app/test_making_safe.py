@@ -4,6 +4,7 @@ import os
 import signal
 import subprocess
 import sys
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -86,6 +87,24 @@ def test_a_watcher_that_was_stopped_in_the_middle_of_it_never_comes_to_write() -
 def test_one_that_comes_to_no_end_is_ended_too() -> None:
     with attempting() as other, wire_locks.held(["a"]):
         assert other.wait(5.0) == -signal.SIGKILL
+
+
+def test_one_that_is_ended_has_its_time_to_go_where_the_machine_stood_still_before(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """It was ended and named in one look, as one that cannot be ended."""
+    pause, stood_s = time.sleep, [0.0]
+
+    def sleep(seconds: float) -> None:
+        pause(seconds)
+        stood_s[0] = wire_locks.ATTEMPT_S + wire_locks.GONE_S + 1.0
+
+    with attempting() as other:
+        monkeypatch.setattr("time.sleep", sleep)
+        monkeypatch.setattr("time.monotonic", lambda: stood_s[0])
+        with wire_locks.held(["a"]):
+            monkeypatch.undo()
+            assert other.wait(5.0) == -signal.SIGKILL
 
 
 def test_a_process_that_commands_is_not_ended_but_named() -> None:
