@@ -47,7 +47,7 @@ def loop_process(setup: LoopSetup, pipe: Connection) -> None:
     commander = multiprocessing.parent_process()
     if commander is not None and not commander.is_alive():
         return  # killed before the kernel could be told: nobody wants the device opened
-    ending = LoopEnding()
+    ending = LoopEnding(os.getppid())
     for number in (signal.SIGTERM, signal.SIGHUP):
         signal.signal(number, ending)
     try:
@@ -85,14 +85,17 @@ class NotWanted(BaseException):
 class LoopEnding:
     """What SIGTERM, and the end of the process that commands, do to a loop. One that has its device leaves in good
     order; one that has not gives up opening it, and closes what it has of it: a watchdog of the device would be left
-    armed, with nobody to feed it."""
+    armed, with nobody to feed it. A terminal that is closed is for the process that commands, as its Ctrl-C is."""
 
-    def __init__(self) -> None:
+    def __init__(self, commander: int) -> None:
+        self._commander = commander
         self._loop: Loop | None = None
         self._raises = True
 
     def __call__(self, number: int, _: object) -> None:
         """A signal has come; NotWanted, once, where the device is not open."""
+        if number == signal.SIGHUP and os.getppid() == self._commander:
+            return
         if self._raises:
             self._raises = False  # once: closing it is not to be interrupted
             raise NotWanted(number)

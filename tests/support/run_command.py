@@ -4,7 +4,7 @@ import json
 import subprocess
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -64,8 +64,8 @@ def until(look: Callable[[], T | None]) -> T:
 class Running:
     """A run on the real clock, watched through its ring."""
 
-    def __init__(self, *arguments: object) -> None:
-        call = [str(PAMRIG), "run", *map(str, arguments)]
+    def __init__(self, *arguments: object, under: Sequence[str] = ()) -> None:
+        call = [*under, str(PAMRIG), "run", *map(str, arguments)]
         pipe = subprocess.PIPE
         self.process = subprocess.Popen(call, stdout=pipe, stderr=pipe, text=True, start_new_session=True)
         self.ring = until(self._ring)
@@ -92,6 +92,18 @@ class Running:
             return False
 
         until(there)
+
+    def goes_on(self, ticks: int) -> None:
+        """Return once the loop has carried out so many more."""
+        last = self.ring.latest()
+        assert last is not None
+
+        def later() -> bool:
+            self._goes_on(f"had carried out {ticks} more ticks")
+            now = self.ring.latest()
+            return now is not None and now.tick >= last.tick + ticks
+
+        until(later)
 
     def _goes_on(self, until_it: str) -> None:
         """What has ended comes nowhere any more: it is told at once, and not after a patience meant for busy

@@ -118,13 +118,26 @@ def test_a_terminal_that_is_closed_leaves_a_safe_rig_and_a_finished_file(
     running.reach(Phase.SWEEP)
     os.killpg(running.process.pid, signal.SIGHUP)  # the kernel tells every process of the terminal
     status, result, _ = running.end()
-    assert status == 1
+    assert status == 130
     (run,) = result["runs"]
-    assert run["fault"].startswith("CONTROL_LOST")
+    assert run["fault"] == ""
+    assert contents(Path(run["file"])).samples[-1].state == State.DONE
     assert Path(run["file"]).name == "sine_2hz_0.10mpa.mcap"
     assert Path(run["file"]).exists()
     assert running.rest == (0.2, 0.2)
     assert not list(shared.folder().glob(f"{running.ring.block.path.name.removesuffix('-ring')}-*"))
+
+
+def test_under_nohup_a_terminal_that_is_closed_ends_no_sweep(sweep: Path, rig: Path, tmp_path: Path) -> None:
+    """The loop took it for the end of the process that commands."""
+    sweep.write_text(LONG[Phase.SWEEP])
+    running = Running(sweep, "--rig", rig, "--out", tmp_path / "out", "--json", "-", under=["nohup"])
+    running.reach(Phase.SWEEP)
+    os.killpg(running.process.pid, signal.SIGHUP)
+    running.goes_on(ticks=200)
+    running.process.terminate()
+    status, result, _ = running.end()
+    assert (status, result["runs"][0]["fault"]) == (130, "")
 
 
 def test_a_killed_recorder_stops_the_rig_and_the_record_is_invalid(sweep: Path, rig: Path, tmp_path: Path) -> None:
