@@ -53,12 +53,13 @@ def lay_out(model: Model) -> list[Placed]:
     return chain
 
 
-def check_lateness(placed: Sequence[Placed], dt_s: float, rows: int = 0) -> None:
+def check_lateness(placed: Sequence[Placed], dt_s: float, rows: int = 0, begun_s: float = 0.0) -> None:
     """ModelError where stages of that sample time make a command later than one of them can hold, at once or within so
-    many rows."""
+    many rows of a record that began `begun_s` after its session."""
     for each in placed:
         at_once, with_time = EFFECT_STAGES[each.name].late if each.name in EFFECT_STAGES else (0.0, 0.0)
-        ticks = each.params[0] * (at_once / dt_s + with_time * rows) if at_once or with_time else 0.0
+        counted = rows + begun_s / dt_s * each.whole_session
+        ticks = each.params[0] * (at_once / dt_s + with_time * counted) if at_once or with_time else 0.0
         if ticks > MOST_TICKS:
             raise ModelError(
                 f"effect {each.name}: it makes commands {ticks * dt_s:.4g} s late, {ticks:.0f} samples of "

@@ -75,7 +75,7 @@ def simulate(
     placed = lay_out(model)
     split = [stage.slot in (Slot.TIMING, Slot.VALVE) for stage in placed].count(True)
     if drive is Input.COMMAND:
-        check_lateness(placed, dt_s, len(grid))
+        check_lateness(placed, dt_s, len(grid), begun_s)
         run_stages(placed[:split], p1, p2, angle, dt_s, begun_s=begun_s)
     monitor1, monitor2 = p1.copy(), p2.copy()
     read_deg = _first_read(grid) if start_deg is None else start_deg

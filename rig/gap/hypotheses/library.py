@@ -211,8 +211,10 @@ REPEATABILITY = Allowed(0.005 * ITV_SPAN_MPA, "SMC ITV: repeatability 0.5 % of f
 
 _LIBRARY: tuple[Effect, ...] = (
     Effect("delay", (Law("delay", ("delay_s",), TIMES),), "everything late by the same time; grows with frequency, keeps shapes", "late", "delay"),
-    Effect("clock_drift", (Law("clock_drift", ("drift",), (1e-4, 3e-4, 1e-3, 3e-3, 1e-2), signs=BOTH_SIGNS),),
-           "a delay that grows steadily through each record", "clock", "clock"),
+    Effect("clock_drift", (
+        Law("clock_drift", ("drift",), (1e-4, 3e-4, 1e-3, 3e-3, 1e-2), signs=BOTH_SIGNS),
+        Law("clock_drift", ("drift",), (3e-6, 1e-5, 3e-5, 1e-4, 3e-4, 1e-3), signs=BOTH_SIGNS, shapes=(ALL_SESSION,)),
+    ), "a delay that grows steadily through each record, or through all of them", "clock", "clock"),
     Effect("lost_samples", (Law("lost_samples", ("probability",), (0.01,)),), "values repeat exactly, then jump", "lost", "lost"),
     Effect("valve_gain", (
         Law("valve_gain", ("gain",), FINE, signs=BOTH_SIGNS),

@@ -43,11 +43,15 @@ class Ready:
     exact: bool = False
     """See `EffectStage.exact`."""
     late: Lateness = IN_TIME
-    """By how much everything is later, where it is exact and of the timing slot."""
+    """By how much everything is later, where it is exact and of the timing slot: since it began."""
     from_deg: float = 0.0
     """What the stage takes for 0 deg, as the sensor shows it."""
     whole_session: bool = False
     """It goes on from record to record."""
+
+    def late_in(self, begun_s: float) -> Lateness:
+        """By how much everything is later in a record that began so long after its session."""
+        return self.late.since(begun_s) if self.whole_session else self.late
 
 
 def ready(causes: Sequence[Applied], nominal: ResponseModel) -> list[Ready]:

@@ -36,6 +36,10 @@ class Lateness:
         """So many times as late."""
         return Lateness(factor * self.start_s, factor * self.growth)
 
+    def since(self, begun_s: float) -> "Lateness":
+        """The same of a record that begins so much later, where it grows on meanwhile."""
+        return Lateness(self.start_s + self.growth * begun_s, self.growth)
+
     def rms_s(self, length_s: float) -> float:
         """Over a record of this length."""
         end_s = self.start_s + self.growth * length_s

@@ -127,10 +127,10 @@ class Course:
         """A column (n,) as it is in each record."""
         return [column[rows] for rows in self._each]
 
-    def later(self, column: Column, late: Lateness) -> Column:
-        """A column (n,) later by so much in each record."""
-        each = zip(self.split(column), self.dt_s.tolist(), strict=True)
-        return np.concatenate([delayed(one, late, dt_s) for one, dt_s in each])
+    def later(self, column: Column, causes: Sequence[Ready]) -> Column:
+        """A column (n,) as late as these causes make each record of it."""
+        each = zip(self.split(column), self.contexts, strict=True)
+        return np.concatenate([delayed(one, _lateness(causes, at.pair), at.pair.dt_s) for one, at in each])
 
     @cached_property
     def latest(self) -> "dict[object, HealthyJoint]":
@@ -201,7 +201,7 @@ def pressures_with(causes: Sequence[Ready], course: Course, nominal: ResponseMod
         return course.reference.p1_mpa, course.reference.p2_mpa
     noise = course.noise
     if all(cause.exact and cause.slot is Slot.TIMING for cause in ahead):  # nothing else of the course is asked for
-        p1, p2 = (course.later(column, _lateness(ahead)) for column in course.quiet)
+        p1, p2 = (course.later(column, ahead) for column in course.quiet)
     elif len(ahead) == 1 or ahead[-1].slot is Slot.TIMING:
         p1, p2, _, _ = _ahead(ahead, course, nominal)
     else:
@@ -261,11 +261,11 @@ def _late(causes: Sequence[Ready], course: Course) -> Course:
 
 def late(causes: Sequence[Ready], context: RecordContext) -> RecordContext:
     """The context as it would have been under commands that are late: everything in it is as late."""
-    return later(context, _lateness(causes))
+    return later(context, _lateness(causes, context.pair))
 
 
-def _lateness(causes: Sequence[Ready]) -> Lateness:
-    return sum((cause.late for cause in causes), IN_TIME)
+def _lateness(causes: Sequence[Ready], pair: Pair) -> Lateness:
+    return sum((cause.late_in(pair.begun_s) for cause in causes), IN_TIME)
 
 
 def as_late_as_measured(context: RecordContext) -> RecordContext:

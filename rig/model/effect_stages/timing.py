@@ -45,7 +45,8 @@ def delay(p1: Values, p2: Values, y: Values, state: Values, params: Sequence[flo
 
 
 def clock_drift(p1: Values, p2: Values, y: Values, state: Values, params: Sequence[float], dt_s: float) -> None:
-    """u((1 + drift) t): what a rig with a fast (drift > 0) or slow clock does with the commands; params: drift.
+    """u((1 + drift) t): what a rig with a fast (drift > 0) or slow clock does with the commands; params: drift,
+    whole_session. The clocks were together at the record's start, or at that of the session.
 
     A slow clock looks back into the buffer, MOST_TICKS at most; a fast one ahead into the block, as far as that goes:
     whole records are known to their end. Beyond it, as on the controller, which knows no later command, it extrapolates
@@ -53,15 +54,15 @@ def clock_drift(p1: Values, p2: Values, y: Values, state: Values, params: Sequen
     """
     last = len(p1) - 1
     for i in range(last + 1):
-        if state[0] == 0.0:
+        if state[2] == 0.0:
             for k in range(BUFFER_TICKS):
                 state[3 + k] = p1[i]
                 state[3 + BUFFER_TICKS + k] = p2[i]
-            state[0] = 1.0
+            state[2] = 1.0
         head = int(state[1])
         state[3 + head] = p1[i]
         state[3 + BUFFER_TICKS + head] = p2[i]
-        lag = min(-params[0] * state[2], MOST_TICKS)
+        lag = min(-params[0] * state[0] / dt_s, MOST_TICKS)
         ahead = math.floor(-lag)
         if 0 <= ahead < last - i:
             part = -lag - ahead
@@ -77,7 +78,7 @@ def clock_drift(p1: Values, p2: Values, y: Values, state: Values, params: Sequen
             p1[i] = (1.0 - part) * state[near] + part * state[far]
             p2[i] = (1.0 - part) * state[BUFFER_TICKS + near] + part * state[BUFFER_TICKS + far]
         state[1] = float((head + 1) % BUFFER_TICKS)
-        state[2] += 1.0
+        state[0] += dt_s
 
 
 def lost_samples(p1: Values, p2: Values, y: Values, state: Values, params: Sequence[float], dt_s: float) -> None:

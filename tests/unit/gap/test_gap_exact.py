@@ -71,9 +71,9 @@ def later(record: Record, delay_s: float | Column) -> Record:
     )
 
 
-def running_off(record: Record, drift: float) -> Record:
-    """All that was measured, on a rig whose clock is fast by a share."""
-    return later(record, -drift * (record.t_s - record.t_s[0]))
+def running_off(record: Record, drift: float, begun_s: float = 0.0) -> Record:
+    """All that was measured, on a rig whose clock is fast by a share since so long before the record."""
+    return later(record, -drift * (begun_s + record.t_s - record.t_s[0]))
 
 
 def slower(record: Record, tau_s: float, step_s: float = 5e-4) -> Record:
@@ -162,6 +162,22 @@ def test_a_clock_that_runs_off_put_onto_another_day_comes_back_and_leaves_nothin
     most, before = (np.quantile(np.abs(one - one.mean()), 0.95) for one in (left, as_it_was.gap))
     assert most < 1.2 * before  # but for the last rows, in which a fast clock is ahead of the record
     assert np.std(left) < 0.2 * np.std(fit.forward.factor.gap)
+
+
+@pytest.mark.parametrize("drift", [-0.0002, 0.0002])
+def test_a_clock_that_runs_off_through_a_whole_session_comes_back(drift: float) -> None:
+    """40 ms at the end of it, each record nearly as late from its start to its end."""
+    first, second = days("mckibben")
+    began = [90.0 * k for k in range(RECORDS)]
+    facts = [{"started_ns": round(1e18 + 1e9 * at)} for at in began]
+    off = [
+        replace(running_off(one, drift, at), facts=dict(one.facts) | each)
+        for one, at, each in zip(second, began, facts, strict=True)
+    ]
+    fit = fitted_to("clock_drift", expected(first, off, pressures=True))
+    assert fit.law.whole_session
+    assert fit.sizes[0] == pytest.approx(drift, rel=0.1)  # what the day itself is late grows as if it were the clock's
+    assert np.std(fit.forward.factor.gap - fit.change) < 0.2 * np.std(fit.forward.factor.gap)
 
 
 @pytest.mark.parametrize(("low", "high"), [(-0.9, 0.9), (-0.8, 0.55), (-0.5, 0.85)])

@@ -272,6 +272,23 @@ def test_a_clock_that_runs_off_follows_the_commands_of_another_time(model: Model
     assert ticks[soon] == pytest.approx(wanted[soon], abs=0.3)
 
 
+def test_a_slow_clock_goes_on_through_the_session_or_begins_anew(model: Model) -> None:
+    record = replace(sine(seconds=20.0), p1_mpa=None)
+    slow = {"drift": -0.002}
+    whole, anew, late = (
+        simulate(replace(model, effects=[AddedEffect(name, numbers)]), record, begun_s=100.0).angle_deg
+        for name, numbers in (
+            ("clock_drift", slow | {"whole_session": 1.0}), ("clock_drift", slow), ("delay", {"delay_s": 0.2})
+        )
+    )  # fmt: skip
+    soon = record.t_s < 1.0
+    assert whole[soon] == pytest.approx(late[soon], abs=0.15)
+    assert np.max(np.abs(anew[soon] - late[soon])) > 1.0
+    far = replace(model, effects=[AddedEffect("clock_drift", slow | {"whole_session": 1.0})])
+    with pytest.raises(ModelError, match=r"clock_drift: it makes commands 4\.04 s late"):
+        simulate(far, record, begun_s=2000.0)
+
+
 def test_what_goes_on_through_a_session_begins_a_record_where_it_has_come_to(model: Model) -> None:
     drifts = AddedEffect("sensor_drift", {"rate_deg_min": 6.0, "whole_session": 1.0})
     anew = AddedEffect("sensor_drift", {"rate_deg_min": 6.0})

@@ -225,7 +225,7 @@ def _twice(number: Interval) -> Interval:
 EFFECT_WORDS: Mapping[str, EffectWords] = {
     "delay": EffectWords("a dead time", lambda n: f"The rig does everything {size(n['delay_s'])} {_more(n, 'delay_s', 'later', 'earlier')} {{than}}",
         "samples or commands wait in a buffer; another program or bus stands between; long hoses", "the time stamps of commands and readings; the controller's buffers; the length of the hoses"),
-    "clock_drift": EffectWords("a clock that runs off", lambda n: f"The rig's clock runs {size(n['drift'])} {_more(n, 'drift', 'fast', 'slow')}",
+    "clock_drift": EffectWords("a clock that runs off", lambda n: f"The rig's clock runs {size(n['drift'])} {_more(n, 'drift', 'fast', 'slow')}{through(n)}",
         "the converter and the controller have clocks of their own", "the sample rate that the converter really has, over a long record"),
     "lost_samples": EffectWords("lost samples", lambda n: f"{share(n['probability'])} of the samples are lost and repeat the one before",
         "an overloaded bus or controller; a loose connector", "the counters of the bus; the load of the controller"),
