@@ -59,7 +59,7 @@ def assemble(findings: Findings) -> Diagnosis:
         causes,
         _ranking(findings, raw),
         evidence=evidence_of(findings, right_of_each(findings, kept), gaps, far, added),
-        notes=_notes(findings, kept, [*known.notes, *unknown.notes(kept, before, floor)]),
+        notes=_notes(findings, kept, [*known.notes, *unknown.notes(kept)]),
         doubts=findings.expected.pairing.doubts,
         reference=findings.expected.kind,
         retuning=findings.retuning,

@@ -21,7 +21,7 @@ class Unknowns:
     """By the likelihood."""
     by_degrees: list[Cause]
     """By the degrees that are left, which have no probability."""
-    below_floor: list[Cause]
+    below_floor: list["Small"]
     """Suspected where nothing stands above the floor: told in the notes, and no causes."""
 
     @property
@@ -29,39 +29,63 @@ class Unknowns:
         """Those that the answer names as causes."""
         return [*self.suspected, *self.by_degrees]
 
-    def notes(self, kept: Sequence[Kept], before: float, floor: float) -> list[str]:
-        """A line for each that is no cause; the gap's rms `before` and the floor in deg."""
-        why = "with what is named nothing is left" if ABOVE_FLOOR * floor < before else "nothing stands"
+    def notes(self, kept: Sequence[Kept]) -> list[str]:
+        """A line for each that is no cause."""
         return [
-            f"something small that is not in the library may act{' as well' if kept else ''}, at the {cause.stage} "
-            f"({100.0 * cause.confidence:.0f} %): {why} above the floor"
-            for cause in self.below_floor
+            f"something small that is not in the library may act{' as well' if kept else ''}, at the "
+            f"{small.cause.stage} ({100.0 * small.cause.confidence:.0f} %): {small.why}"
+            for small in self.below_floor
         ]
+
+
+@dataclass(frozen=True)
+class Small:
+    """Something unknown that is suspected and is no gap."""
+
+    cause: Cause
+    why: str
+
+
+@dataclass(frozen=True)
+class _Suspect:
+    """Something unknown that the likelihood suspects."""
+
+    cause: Cause
+    left: float | None = None
+    """Floors that what is named leaves beyond all that may differ; None where it stands in the place of a name."""
 
 
 def unknowns(findings: Findings, kept: Sequence[Kept], before: float, after: float, floor: float) -> Unknowns:
     """What is unknown where the kept effects take the gap from `before` to `after`; all in deg, rms."""
     suspected = _suspected(findings, kept, before)
     below = _below_floor(findings, suspected, kept, before, after, floor)
-    by_degrees = [] if suspected else _larger_part(kept, before, after, floor)
-    by_degrees += _beyond_the_class(findings, before, {cause.judged_on for cause in (*suspected, *by_degrees)})
-    return Unknowns([cause for cause in suspected if cause not in below], by_degrees, below)
+    small = {id(one.cause) for one in below}
+    standing = [one.cause for one in suspected if id(one.cause) not in small]
+    by_degrees = [] if standing else _larger_part(kept, before, after, floor)
+    by_degrees += _beyond_the_class(findings, before, {cause.judged_on for cause in (*standing, *by_degrees)})
+    return Unknowns(standing, by_degrees, below)
 
 
 def _below_floor(
-    findings: Findings, suspected: Sequence[Cause], kept: Sequence[Kept], before: float, after: float, floor: float
-) -> list[Cause]:
+    findings: Findings, suspected: Sequence[_Suspect], kept: Sequence[Kept], before: float, after: float, floor: float
+) -> list[Small]:
     """Of what is suspected to be something unknown, that which nothing stands above the floor for: where the named
-    causes leave no gap (rms in deg: `before` and `after`), or where there was none, and none in what it was found on.
-    It is told in the notes, and is no cause; none where nothing is named and it may be an effect that was not asked
-    about."""
+    causes leave no gap beyond all that may differ of what it was found on; where they leave none at all (rms in deg:
+    `before` and `after`), or there was none, and none in what it was found on. It is told in the notes, and is no
+    cause; none where nothing is named and it may be an effect that was not asked about."""
     above = ABOVE_FLOOR * floor
-    if after > above or (findings.limited and not kept):
-        return []
-    return [one for one in suspected if above < before or not _stands_out(findings, one.judged_on)]
+    left = "with what is named nothing is left above the floor" if above < before else "nothing stands above the floor"
+    closed = after <= above and (bool(kept) or not findings.limited)
+    found = []
+    for one in suspected:
+        if one.left is not None and one.left <= ABOVE_FLOOR:
+            found.append(Small(one.cause, "beyond all that may differ, nothing is left above the floor"))
+        elif closed and (above < before or not _stands_out(findings, one.cause.judged_on)):
+            found.append(Small(one.cause, left))
+    return found
 
 
-def _suspected(findings: Findings, kept: Sequence[Kept], before: float) -> list[Cause]:
+def _suspected(findings: Findings, kept: Sequence[Kept], before: float) -> list[_Suspect]:
     """Something unknown for each factor where that is the likeliest, or stands beside the effect."""
     found = []
     left_out = [id(posterior) for posterior, _ in effects_not_kept(findings, kept)]
@@ -74,7 +98,8 @@ def _suspected(findings: Findings, kept: Sequence[Kept], before: float) -> list[
             chance = 1.0 - posterior.probability[NONE] if useless else chance
             if id(posterior) in dropped:
                 chance = min(chance, EITHER_CHANCE)
-            found.append(_unknown_on(posterior, before, near, chance))
+            named = kept and not useless
+            found.append(_Suspect(_unknown_on(posterior, before, near, chance), posterior.beyond if named else None))
     return found
 
 

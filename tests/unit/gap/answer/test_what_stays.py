@@ -1,6 +1,8 @@
 """Something unknown is a cause where a gap stands above the floor, or stays beside a name; else a note."""
 
 from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -8,7 +10,7 @@ from support.plants.gap_rigs import asked, names, session
 
 from rig.gap.answer.consistency import contradictions
 from rig.gap.answer.facts import Verdict
-from rig.gap.answer.unknowns import closes_little, explains_too_little
+from rig.gap.answer.unknowns import closes_little, explains_too_little, unknowns
 from rig.gap.answer.words.sentences import headline
 from rig.gap.hypotheses.library import UNKNOWN
 from rig.gap.settings import ABOVE_FLOOR, EITHER_CHANCE, FAR
@@ -43,6 +45,40 @@ def test_what_is_unknown_by_itself_is_a_finding_where_it_is_above_the_floor(size
     assert (said.confidence > EITHER_CHANCE) is stands, "what a note takes back is not said for sure"
     assert contradictions(said.to_json()) == []
     assert ("Something smaller than that is likely there" in headline(said)[0]) is not stands
+
+
+def likely_beside(name: str | None, floors: float) -> Any:
+    """What competes on the angle, with something unknown likely beside a name, or in the place of one, and so many
+    floors left beyond all that may differ."""
+    fit = SimpleNamespace(effect=SimpleNamespace(name="viscous_friction", stage="joint"))
+    return SimpleNamespace(
+        found=True, fit=fit if name else None, fits={"viscous_friction": fit}, beside=0.99, beyond=floors,
+        probability={"viscous_friction": 0.5, UNKNOWN: 0.49}, problem=SimpleNamespace(name="angle"), monitors_alone=0.0,
+        best=name or UNKNOWN,
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("name", "floors", "cause"),
+    [
+        ("viscous_friction", ABOVE_FLOOR - 0.1, False),
+        ("viscous_friction", ABOVE_FLOOR + 0.1, True),
+        (None, ABOVE_FLOOR - 0.1, True),
+    ],
+    ids=["less than the floor beyond what may differ", "more", "nothing is named"],
+)
+def test_beside_a_name_it_is_measured_by_what_that_leaves_beyond_all_that_may_differ(
+    name: str | None, floors: float, cause: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The simulator's error of 0.6 deg with the cause in it holds what may differ as well: three floors of 0.2."""
+    judged = likely_beside(name, floors)
+    named = [(judged, judged.fit)] if name else []
+    kept = [SimpleNamespace(posterior=judged, fit=judged.fit, alone_deg=0.6)] if name else []
+    findings = SimpleNamespace(posteriors=[judged], named=named, limited=False)
+    monkeypatch.setattr("rig.gap.answer.unknowns.share_closed", lambda *_: 0.9)
+    said = unknowns(findings, kept, before=2.8, after=0.6, floor=0.2)  # type: ignore[arg-type]
+    assert [one.effect for one in said.causes] == [UNKNOWN] * cause
+    assert len(said.notes(kept)) == (not cause)  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize(("after_deg", "little"), [(2.1, True), (1.9, False)])
