@@ -1,6 +1,7 @@
 """`pamrig run` as a process: carried out to its end, or watched through the loop's ring while it goes on."""
 
 import json
+import signal
 import subprocess
 import sys
 import time
@@ -61,13 +62,20 @@ def until(look: Callable[[], T | None]) -> T:
     raise AssertionError("waited in vain")
 
 
+def _of_a_terminal() -> None:
+    """Whoever runs the tests may have had it ignored."""
+    signal.signal(signal.SIGHUP, signal.SIG_DFL)
+
+
 class Running:
     """A run on the real clock, watched through its ring."""
 
     def __init__(self, *arguments: object, under: Sequence[str] = ()) -> None:
         call = [*under, str(PAMRIG), "run", *map(str, arguments)]
         pipe = subprocess.PIPE
-        self.process = subprocess.Popen(call, stdout=pipe, stderr=pipe, text=True, start_new_session=True)
+        self.process = subprocess.Popen(
+            call, stdout=pipe, stderr=pipe, text=True, start_new_session=True, preexec_fn=_of_a_terminal
+        )
         self.ring = until(self._ring)
 
     def _ring(self) -> Ring | None:
