@@ -53,7 +53,14 @@ class InverseProblem:
     name: str
     forward: ForwardModel
     on_few: Callable[[], ForwardModel]
-    shows: Callable[[Law], bool]
+    acts: Callable[[Law], bool]
+    """On this factor, by where it enters the chain."""
+    told: Callable[[Law], bool]
+    """From these records, whatever factor it acts on."""
+
+    def shows(self, law: Law) -> bool:
+        """Whether a law acts on this factor of records that tell of it."""
+        return self.acts(law) and self.told(law)
 
     @cached_property
     def screening(self) -> ForwardModel:
@@ -67,7 +74,7 @@ def acts_ahead(law: Law) -> bool:
     return EFFECT_STAGES[law.stage].slot in AHEAD
 
 
-def _can_show(expected: Expected, law: Law) -> bool:
+def _can_tell(expected: Expected, law: Law) -> bool:
     """Whether a law can be told from these records: one that goes on from record to record asks when they began."""
     return not law.whole_session or any(pair.begun_s > 0.0 for pair in expected.pairs)
 
@@ -78,7 +85,11 @@ def pressure_problem(expected: Expected, settings: Fitted) -> InverseProblem:
     if builds := settings.levels[expected.levels].builds:
         whole = replace(whole, factor=whole.factor.of_its_class(settled(whole).factor, builds))
     return InverseProblem(
-        PRESSURES, whole, lambda: pressure_forward(_telling(expected), settings, expected), acts_ahead
+        PRESSURES,
+        whole,
+        lambda: pressure_forward(_telling(expected), settings, expected),
+        acts_ahead,
+        partial(_can_tell, expected),
     )
 
 
@@ -89,7 +100,8 @@ def angle_problem(expected: Expected, settings: Fitted) -> InverseProblem:
         ANGLE,
         angle_forward(expected, settings),
         lambda: angle_forward(_telling(expected), settings, expected),
-        lambda law: _can_show(expected, law) and not (expected.driven and acts_ahead(law)),
+        lambda law: not (expected.driven and acts_ahead(law)),
+        partial(_can_tell, expected),
     )
 
 

@@ -180,6 +180,30 @@ def test_a_clock_that_runs_off_through_a_whole_session_comes_back(drift: float) 
     assert np.std(fit.forward.factor.gap - fit.change) < 0.2 * np.std(fit.forward.factor.gap)
 
 
+def test_an_effect_that_acts_on_both_factors_is_no_likelier_for_that() -> None:
+    """Of a leak's two laws one acts ahead of the monitors: the pressures alone gave it what both have."""
+    problem = pressure_problem(expected(*days("mckibben"), pressures=True), fitted())
+    judged, alone = (
+        fit_effect(LIBRARY["leak"], problem.forward, problem.shows, problem.screening, told)
+        for told in (problem.told, problem.shows)
+    )
+    assert judged is not None
+    assert alone is not None
+    assert judged.log_evidence == pytest.approx(alone.log_evidence - np.log(2.0))
+
+
+@pytest.mark.parametrize("begun", [False, True])
+def test_what_goes_on_through_a_session_is_tried_where_records_say_when_they_began(begun: bool) -> None:
+    first, second = days("mckibben")
+    dated = [
+        replace(one, facts=dict(one.facts) | {"started_ns": 10**18 + k * 60_000_000_000})
+        for k, one in enumerate(second)
+    ]
+    problem = pressure_problem(expected(first, dated if begun else second, pressures=True), fitted())
+    shown = [law for law in LIBRARY["clock_drift"].laws if problem.shows(law)]
+    assert any(law.whole_session for law in shown) is begun
+
+
 @pytest.mark.parametrize(("low", "high"), [(-0.9, 0.9), (-0.8, 0.55), (-0.5, 0.85)])
 def test_two_stops_are_found_where_each_is(low: float, high: float) -> None:
     """Shares of how far the joint goes."""
