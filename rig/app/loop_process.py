@@ -44,10 +44,10 @@ def loop_process(setup: LoopSetup, pipe: Connection) -> None:
         signal.signal(number, signal.SIG_IGN)  # the terminal's Ctrl-C and Ctrl-Z are for the process that commands
     name_process("loop")
     ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGHUP)  # if that process is killed, end safe, and know why
+    ending = LoopEnding(os.getppid())
     commander = multiprocessing.parent_process()
     if commander is not None and not commander.is_alive():
         return  # killed before the kernel could be told: nobody wants the device opened
-    ending = LoopEnding(os.getppid())
     for number in (signal.SIGTERM, signal.SIGHUP):
         signal.signal(number, ending)
     try:

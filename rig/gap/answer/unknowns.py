@@ -58,31 +58,34 @@ class _Suspect:
 def unknowns(findings: Findings, kept: Sequence[Kept], before: float, after: float, floor: float) -> Unknowns:
     """What is unknown where the kept effects take the gap from `before` to `after`; all in deg, rms."""
     suspected = _suspected(findings, kept, before)
-    below = _below_floor(findings, suspected, kept, before, after, floor)
-    small = {id(one.cause) for one in below}
-    standing = [one.cause for one in suspected if id(one.cause) not in small]
+    standing, below = list[Cause](), list[Small]()
+    for one in suspected:
+        if why := _why_no_gap(findings, one, kept, before, after, floor):
+            below.append(Small(one.cause, why))
+        else:
+            standing.append(one.cause)
     by_degrees = [] if standing else _larger_part(kept, before, after, floor)
-    by_degrees += _beyond_the_class(findings, before, {cause.judged_on for cause in (*standing, *by_degrees)})
+    told = {cause.judged_on for cause in (*(one.cause for one in suspected), *by_degrees)}  # as a cause or in a note
+    by_degrees += _beyond_the_class(findings, before, told)
     return Unknowns(standing, by_degrees, below)
 
 
-def _below_floor(
-    findings: Findings, suspected: Sequence[_Suspect], kept: Sequence[Kept], before: float, after: float, floor: float
-) -> list[Small]:
-    """Of what is suspected to be something unknown, that which nothing stands above the floor for: where the named
-    causes leave no gap beyond all that may differ of what it was found on; where they leave none at all (rms in deg:
-    `before` and `after`), or there was none, and none in what it was found on. It is told in the notes, and is no
-    cause; none where nothing is named and it may be an effect that was not asked about."""
+def _why_no_gap(
+    findings: Findings, suspect: _Suspect, kept: Sequence[Kept], before: float, after: float, floor: float
+) -> str:
+    """Why nothing stands above the floor for what is suspected to be something unknown; empty where something does.
+    Nothing does where the named causes leave no gap beyond all that may differ of what it was found on; where they
+    leave none at all (rms in deg: `before` and `after`), or there was none, and none in what it was found on. It is
+    told in the notes, and is no cause; never where nothing is named and it may be an effect that was not asked
+    about."""
+    if suspect.left is not None and suspect.left <= ABOVE_FLOOR:
+        return "beyond all that may differ, nothing is left above the floor"
     above = ABOVE_FLOOR * floor
-    left = "with what is named nothing is left above the floor" if above < before else "nothing stands above the floor"
-    closed = after <= above and (bool(kept) or not findings.limited)
-    found = []
-    for one in suspected:
-        if one.left is not None and one.left <= ABOVE_FLOOR:
-            found.append(Small(one.cause, "beyond all that may differ, nothing is left above the floor"))
-        elif closed and (above < before or not _stands_out(findings, one.cause.judged_on)):
-            found.append(Small(one.cause, left))
-    return found
+    if after > above or (findings.limited and not kept):
+        return ""
+    if above < before:
+        return "with what is named nothing is left above the floor"
+    return "" if _stands_out(findings, suspect.cause.judged_on) else "nothing stands above the floor"
 
 
 def _suspected(findings: Findings, kept: Sequence[Kept], before: float) -> list[_Suspect]:
