@@ -3,8 +3,8 @@
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 
-BY_HAND, NOT_RECORDED, EVERYTHING = "by hand", "not recorded", "all"
-"""In the provenance of that file: who, unknown, and the path above every other."""
+NOT_RECORDED, EVERYTHING = "not recorded", "all"
+"""In the provenance of that file: what nobody wrote down, and the path above every other."""
 
 
 @dataclass(frozen=True)
@@ -12,7 +12,7 @@ class Origin:
     """Where one part of the fitted numbers comes from."""
 
     command: str
-    """What wrote it; BY_HAND where nothing did."""
+    """What wrote it; "by hand" where nothing did."""
     seeds: list[int] = field(default_factory=list)
     """Of the development rigs or cases that it was fitted on."""
     families: list[str] = field(default_factory=list)

@@ -15,7 +15,6 @@ from pymodbus.simulator import DataType, SimData, SimDevice
 from hil.emulators.modbus.module import Module, RefusedByModule
 from hil.emulators.modbus.wago import WagoCoupler
 
-_WRITES = (6, 16, 23)
 _BUSY = 6
 
 

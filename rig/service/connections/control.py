@@ -9,7 +9,6 @@ import asyncio
 import contextlib
 import grp
 import hmac
-import logging
 import os
 import socket
 from collections import deque
@@ -32,7 +31,6 @@ _HEARD_ONCE: Final = 8
 """Clients beyond MAX_CLIENTS of whom a single line is read, for an emergency stop; one more, and the oldest of them
 goes."""
 _SUN_PATH: Final = 107
-_LOG = logging.getLogger("pamrig")
 
 Handler = Callable[[ClientRequest], Awaitable[Any]]
 Snapshot = Callable[[int | None], dict[str, Any]]

@@ -66,7 +66,7 @@ class VisitorGuard:
             return PlainTextResponse(f"{host!a} is not a name of this machine; see `web.names`\n", 421)
         foreign = PlainTextResponse("another site may not do this\n", 403)
         if scope["type"] == "websocket" or scope["method"] not in _READING:
-            if not self._is_from_here(headers, host, visitor, scope):
+            if not self._is_from_here(headers, host, scope):
                 return foreign
         elif _is_foreign_reading(headers):
             return foreign
@@ -91,7 +91,7 @@ class VisitorGuard:
             return name.lower() in self._names
         return True
 
-    def _is_from_here(self, headers: Headers, host: str, visitor: Visitor | None, scope: Scope) -> bool:
+    def _is_from_here(self, headers: Headers, host: str, scope: Scope) -> bool:
         """Browsers say which page a request comes from; one that does not must carry the key that only our forms
         have."""
         origin = headers.get("origin")
