@@ -12,7 +12,7 @@ from rig.app.shipped import find_config
 from rig.channels import Channels, common
 from rig.errors import ConfigError
 from rig.gap.hypotheses.library import LIBRARY, Effect
-from rig.gap.plan.rehearse import Noise, RehearsedRig, as_steady_as, known_rig
+from rig.gap.plan.planned_records import KnownRig, Noise, as_steady_as, known_rig
 from rig.gap.possible_effects import channels_of_call, possible
 from rig.gap.records.grid import rows_apart
 from rig.gap.records.pairs import pair_up
@@ -50,7 +50,7 @@ class Asked:
 class DescribedRig:
     """The rig that is asked about."""
 
-    rig: RehearsedRig
+    rig: KnownRig
     model: Model
     period_s: float
     """Sample time of its records."""
@@ -81,14 +81,14 @@ def _grid_s(period_s: float) -> float:
     return period_s * rows_apart(period_s)
 
 
-def known_of(model: Model, days: Sequence[Sequence[Record]], reference: str = AUTO) -> RehearsedRig:
+def known_of(model: Model, days: Sequence[Sequence[Record]], reference: str = AUTO) -> KnownRig:
     """The rig of a model, and of earlier days of it, on the grid of their records; ModelError or ConfigError when they
     do not describe one."""
     period_s = days[0][0].period_s if days else model.sample_time_s
     return replace(_described(model, days, reference), grid_s=_grid_s(period_s))
 
 
-def _described(model: Model, days: Sequence[Sequence[Record]], reference: str) -> RehearsedRig:
+def _described(model: Model, days: Sequence[Sequence[Record]], reference: str) -> KnownRig:
     kind = choose(reference, model, len(days))
     if kind in (ReferenceKind.SESSION, ReferenceKind.SESSIONS):
         levels = kind.value if kind.value in fitted().levels else ReferenceKind.SESSION.value
@@ -101,13 +101,13 @@ def _described(model: Model, days: Sequence[Sequence[Record]], reference: str) -
     return _by_simulator(model, sister=reference == ReferenceKind.SIMULATOR)
 
 
-def _by_fingerprint(fingerprint: Fingerprint) -> RehearsedRig:
+def _by_fingerprint(fingerprint: Fingerprint) -> KnownRig:
     levels, missed_mpa, missed_deg = known_how(fingerprint)
     noise = Noise(
         fingerprint.noise_deg, float(np.mean(fingerprint.noise_mpa)) if fingerprint.noise_mpa else Noise.pressure_mpa
     )
     driven = fingerprint.pressures is PressureSource.MEASURED
-    rig = RehearsedRig(response_of(fingerprint), levels, driven, noise, missed_mpa=missed_mpa, missed_deg=missed_deg)
+    rig = KnownRig(response_of(fingerprint), levels, driven, noise, missed_mpa=missed_mpa, missed_deg=missed_deg)
     kept = unpacked(fingerprint.day)
     if not kept:
         return rig
@@ -115,13 +115,13 @@ def _by_fingerprint(fingerprint: Fingerprint) -> RehearsedRig:
     return as_steady_as(rig, itself.contexts)
 
 
-def _by_simulator(model: Model, *, sister: bool) -> RehearsedRig:
+def _by_simulator(model: Model, *, sister: bool) -> KnownRig:
     records = [simulate(model, record) for record in commands_of(DEFAULT_SWEEP, model.sample_time_s)]
     described = known_rig(expect(ReferenceKind.SIMULATOR, sister, model, pair_up(records, [], model.p0_mpa)))
     return replace(described, noise=Noise())  # a simulator's own records have none
 
 
-def family_rig(family: str, unit: int) -> RehearsedRig:
+def family_rig(family: str, unit: int) -> KnownRig:
     """A unit of a plant family, described by a fingerprint of one day of the usual session."""
     simulator = by_plant(family, unit, 0)
     records = [simulator.answer(record, 0.0) for record in commands_of(DEFAULT_SWEEP, simulator.period_s)]

@@ -22,8 +22,8 @@ from rig.gap.hypotheses.library import LIBRARY, Allowed
 from rig.gap.plan.candidates import SweepEnvelope, candidates, lasting_s, planned, sweep_text
 from rig.gap.plan.capability import Ability, Capability, capability
 from rig.gap.plan.design import Design, DetectionPower, appraise, design
+from rig.gap.plan.planned_records import expect_planned, within
 from rig.gap.plan.raw_ability import raw_abilities
-from rig.gap.plan.rehearse import rehearse, within
 from rig.gap.records.usable import reasons, usable
 from rig.gap.reference.kinds import ReferenceKind
 from rig.gap.settings import FALSE_ALARM_RATE, fitted
@@ -33,8 +33,8 @@ from rig.rig_config import load_rig
 
 RECORD_S = (10.0, 20.0)
 """Lengths of the records that a session is designed from."""
-DESCRIBED, REHEARSED = 0.3, 0.8
-"""Shares of a design's time by which its rigs are described, and rehearsed."""
+DESCRIBED, EXPECTED = 0.3, 0.8
+"""Shares of a design's time after which its rigs are described, and their records expected."""
 FAMILY_UNITS = 2
 """Rigs of each plant family that a session is designed on beside the one at hand."""
 
@@ -62,14 +62,14 @@ def capability_of(asked: Asked, sweeps: Sequence[Path]) -> SweepCapabilities:
         _check_limits(sweep, asked.rig)
         commands = commands_of(path, described.period_s)
         plans = _usable(described, expand(sweep, described.rig.grid_ns), notes)
-        made = capability(rehearse(described.rig, plans), described.effects, settings)
+        made = capability(expect_planned(described.rig, plans), described.effects, settings)
         found[sweep.name] = replace(made, abilities=(*made.abilities, *_raw(asked, described, commands)))
     return SweepCapabilities(found, described.channels, described.rig.kind, tuple(notes))
 
 
 def _usable(described: DescribedRig, plans: Sequence[RunPlan], notes: list[str]) -> list[RunPlan]:
     """The plans whose records a diagnosis would use; why not into the notes. RecordError where it would use none."""
-    pairs = rehearse(described.rig, plans).pairs
+    pairs = expect_planned(described.rig, plans).pairs
     kept = [plan for plan, pair in zip(plans, pairs, strict=True) if usable(pair.raw, notes)]
     if not kept:
         raise RecordError(reasons(notes))
@@ -150,8 +150,8 @@ def design_session(
     effects = described.effects
 
     def known_of_rigs(done: int) -> None:
-        what = f"{done} of {count} rigs rehearsed" if done < count else "choosing the records"
-        report(DESCRIBED + (REHEARSED - DESCRIBED) * done / count, what)
+        what = f"{done} of {count} rigs: expected records computed" if done < count else "choosing the records"
+        report(DESCRIBED + (EXPECTED - DESCRIBED) * done / count, what)
 
     known_of_rigs(0)
     found = design(rigs, pool, seconds, effects, settings, known_of_rigs)
@@ -168,7 +168,7 @@ def _pool(described: DescribedRig, envelope: SweepEnvelope) -> list[Entry]:
     simulated."""
     made: Waves = {}
     pool = candidates(envelope, RECORD_S, described.rig.grid_ns, made)
-    expected = rehearse(described.rig, planned(pool, described.rig.grid_ns, made)) if pool else None
+    expected = expect_planned(described.rig, planned(pool, described.rig.grid_ns, made)) if pool else None
     return [] if expected is None else [pool[k] for k in within(expected, envelope.angle_deg, described.model)]
 
 

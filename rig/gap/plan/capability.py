@@ -14,7 +14,7 @@ from rig.gap.hypotheses.inverse_problems import InverseProblem
 from rig.gap.hypotheses.library import Effect, Law
 from rig.gap.plan.directions import Direction, columns, ladder, sized, unit_of, usual_directions
 from rig.gap.plan.information import inform, needed_separation, separations
-from rig.gap.plan.rehearse import factors_of
+from rig.gap.plan.planned_records import factors_of
 from rig.gap.plan.settings import CHANCE, NAMED
 from rig.gap.reference.expected import Expected
 from rig.gap.settings import FALSE_ALARM_RATE, Fitted, Odds, Prior

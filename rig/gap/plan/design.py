@@ -12,7 +12,7 @@ from rig.gap.plan.candidates import lasts_s, planned
 from rig.gap.plan.capability import by_effect, first_of_each, named_separation, seen_separation
 from rig.gap.plan.directions import Direction, columns, usual_directions
 from rig.gap.plan.information import Information, inform, separations
-from rig.gap.plan.rehearse import RehearsedRig, factors_of, rehearse
+from rig.gap.plan.planned_records import KnownRig, expect_planned, factors_of
 from rig.gap.plan.settings import LEAST_GAIN
 from rig.gap.settings import Fitted, Odds, Prior
 from rig.parallel import each, executor
@@ -52,7 +52,7 @@ class Design:
 
 
 def design(
-    rigs: Sequence[RehearsedRig],
+    rigs: Sequence[KnownRig],
     pool: Sequence[Entry],
     seconds: float,
     effects: Sequence[Effect],
@@ -74,7 +74,7 @@ def design(
 
 
 def appraise(
-    rigs: Sequence[RehearsedRig], entries: Sequence[Entry], effects: Sequence[Effect], settings: Fitted
+    rigs: Sequence[KnownRig], entries: Sequence[Entry], effects: Sequence[Effect], settings: Fitted
 ) -> DetectionPower:
     """What a session that there is would tell."""
     return power_of([_known(rig, entries, effects, settings) for rig in rigs], range(len(entries)))
@@ -96,7 +96,7 @@ class _Known:
 
 
 def _all_known(
-    rigs: Sequence[RehearsedRig],
+    rigs: Sequence[KnownRig],
     pool: Sequence[Entry],
     effects: Sequence[Effect],
     settings: Fitted,
@@ -114,18 +114,20 @@ def _all_known(
 
 
 def _numbered(
-    rig: tuple[int, RehearsedRig], pool: Sequence[Entry], effects: Sequence[Effect], settings: Fitted
+    rig: tuple[int, KnownRig], pool: Sequence[Entry], effects: Sequence[Effect], settings: Fitted
 ) -> tuple[int, _Known]:
     """Beside each other the rigs come back in any order."""
     return rig[0], _known(rig[1], pool, effects, settings)
 
 
-def _known(rig: RehearsedRig, pool: Sequence[Entry], effects: Sequence[Effect], settings: Fitted) -> _Known:
+def _known(rig: KnownRig, pool: Sequence[Entry], effects: Sequence[Effect], settings: Fitted) -> _Known:
     fitting = [effect for effect in effects if not effect.signature]
     factors: list[Information] = []
     owners: list[tuple[str, ...]] = []
     needed: list[Column] = []
-    whole, some = (factors_of(rehearse(rig, planned(records, rig.grid_ns)), settings) for records in (pool, _few(pool)))
+    whole, some = (
+        factors_of(expect_planned(rig, planned(records, rig.grid_ns)), settings) for records in (pool, _few(pool))
+    )
     for problem, few in zip(whole, some, strict=True):
         if directions := usual_directions(fitting, problem, settings.prior.share, few):
             names = [one.effect.name for one in directions]

@@ -21,7 +21,7 @@ from rig.gap.hypotheses.library import Law
 from rig.gap.plan.candidates import SweepEnvelope, candidates, envelope_within, lasts_s, planned
 from rig.gap.plan.experiment import Experiment
 from rig.gap.plan.information import Information, inform
-from rig.gap.plan.rehearse import RehearsedRig, factors_of, known_rig, rehearse, within
+from rig.gap.plan.planned_records import KnownRig, expect_planned, factors_of, known_rig, within
 from rig.gap.plan.settings import APART, LEAST_PROBABILITY, LENGTHS_S, MORE_NATS, MOST, TIME_S, WORTH_NATS
 from rig.gap.reference.expected import Expected
 from rig.gap.response.causes import Applied
@@ -108,7 +108,7 @@ def what_next(
 
 def next_experiment(
     hypotheses: Sequence[Hypothesis],
-    rig: RehearsedRig,
+    rig: KnownRig,
     envelope: SweepEnvelope,
     settings: Fitted,
     seconds: float = TIME_S,
@@ -124,7 +124,7 @@ def next_experiment(
     pool, plans = _pool(envelope, rig.grid_ns) if rivals else ((), ())
     if not pool:
         return None
-    expected = rehearse(rig, plans)
+    expected = expect_planned(rig, plans)
     asked = {those[0].factor for those in rivals}
     problems = {problem.name: problem for problem in factors_of(expected, settings, asked)}
     known = [_weigh(problems[those[0].factor], those, lasted_s) for those in rivals if those[0].factor in problems]

@@ -32,7 +32,7 @@ SETTLE_S = 3.0
 PEAK_OF_MIXED = 2.4
 """Of equation (12), in its A."""
 
-# Rehearsal
+# Planned records
 ANGLE_MARGIN = 0.05
 """Of the range between two limits, by which an expected angle keeps away from either: a rig does a little more than is
 expected of it. Less: records that end in a fault. More: smaller records."""

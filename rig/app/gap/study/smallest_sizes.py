@@ -24,7 +24,7 @@ from rig.gap.evidence.posterior import judge
 from rig.gap.hypotheses.inverse_problems import angle_problem, pressure_problem
 from rig.gap.hypotheses.library import LIBRARY
 from rig.gap.plan.capability import capability
-from rig.gap.plan.rehearse import rehearse
+from rig.gap.plan.planned_records import expect_planned
 from rig.gap.plan.settings import CHANCE
 from rig.gap.records.pairs import pair_up
 from rig.gap.reference.build import expect
@@ -83,7 +83,7 @@ def of_unit(rig: tuple[str, int, str]) -> list[SizesFound]:
     before = [healthy] if kind is ReferenceKind.SESSION else []
     described = known_of(model, before, reference)
     plans = expand(load_sweep(find_config(DEFAULT_SWEEP, "sweeps")), described.grid_ns)
-    made = capability(rehearse(described, plans), list(LIBRARY.values()), fitted())
+    made = capability(expect_planned(described, plans), list(LIBRARY.values()), fitted())
     predicted = {one.effect: abs(one.detectable) for one in best_of(made.abilities) if one.detectable is not None}
     shared = [effect for effect, law in family(name).effects.items() if law.library_parameter and not law.falling]
 

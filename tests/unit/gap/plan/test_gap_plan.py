@@ -23,7 +23,7 @@ from rig.gap.plan.design import design
 from rig.gap.plan.directions import columns, sized, usual_directions
 from rig.gap.plan.information import inform, log_odds, needed_separation, separations
 from rig.gap.plan.next_experiment import Hypothesis, as_rough, expected_confidence, next_experiment
-from rig.gap.plan.rehearse import RehearsedRig, factors_of, rehearse, within
+from rig.gap.plan.planned_records import KnownRig, expect_planned, factors_of, within
 from rig.gap.records.usable import usable
 from rig.gap.response.causes import Applied
 from rig.gap.settings import SESSION_S, Odds, fitted
@@ -37,13 +37,13 @@ FEW = [LIBRARY[name] for name in ("delay", "valve_lag", "valve_gain", "viscous_f
 
 
 @pytest.fixture(scope="module")
-def rig() -> RehearsedRig:
+def rig() -> KnownRig:
     return replace(described_by_call(Asked(CONFIGS / "models" / "simulated.yaml")).rig, levels="fingerprint")
 
 
 @pytest.fixture(scope="module")
-def usual(rig: RehearsedRig) -> list[InverseProblem]:
-    return factors_of(rehearse(rig, expand(load_sweep(CONFIGS / "sweeps" / "gap.yaml"), PERIOD_NS)), fitted())
+def usual(rig: KnownRig) -> list[InverseProblem]:
+    return factors_of(expect_planned(rig, expand(load_sweep(CONFIGS / "sweeps" / "gap.yaml"), PERIOD_NS)), fitted())
 
 
 def test_planned_records_answer_as_the_reference_expects(usual: list[InverseProblem]) -> None:
@@ -137,19 +137,19 @@ def usual_day(problem: InverseProblem) -> Column:
 
 @pytest.mark.parametrize("name", ["viscous_friction", "valve_gain"])
 def test_the_diagnosis_sees_what_it_is_said_to_see_and_not_half_of_it(
-    rig: RehearsedRig, usual: list[InverseProblem], name: str
+    rig: KnownRig, usual: list[InverseProblem], name: str
 ) -> None:
     plans = expand(load_sweep(CONFIGS / "sweeps" / "gap.yaml"), PERIOD_NS)
-    ability = next(one for one in capability(rehearse(rig, plans), FEW, fitted()).abilities if one.effect == name)
+    ability = next(one for one in capability(expect_planned(rig, plans), FEW, fitted()).abilities if one.effect == name)
     assert ability.detectable is not None
     problem = next(one for one in usual if one.name == ability.factor)
     assert judge(FEW, having(problem, ability, ability.detectable)).found
     assert not judge(FEW, having(problem, ability, 0.4 * ability.detectable)).found
 
 
-def test_what_looks_alike_is_said_and_named_later_than_seen(rig: RehearsedRig) -> None:
+def test_what_looks_alike_is_said_and_named_later_than_seen(rig: KnownRig) -> None:
     plans = expand(load_sweep(CONFIGS / "sweeps" / "gap.yaml"), PERIOD_NS)
-    found = capability(rehearse(rig, plans), FEW, fitted())
+    found = capability(expect_planned(rig, plans), FEW, fitted())
     assert ("delay", "valve_lag") in found.confusable
     seen = dict(zip(found.names, np.diag(found.separation), strict=True))
     apart = found.separation[found.names.index("delay"), found.names.index("viscous_friction")]
@@ -182,15 +182,15 @@ def test_candidates_stay_inside_the_envelope_at_the_period_of_the_loop_too(slew:
                 check(plan, envelope, period_ns)
 
 
-def test_no_record_is_planned_that_a_diagnosis_would_leave_out(rig: RehearsedRig) -> None:
+def test_no_record_is_planned_that_a_diagnosis_would_leave_out(rig: KnownRig) -> None:
     pool = candidates(SweepEnvelope(rests_mpa=(0.15, 0.2, 0.3)), (10.0, 40.0), PERIOD_NS)
     notes: list[str] = []
-    pairs = rehearse(rig, planned(pool, PERIOD_NS)).pairs
+    pairs = expect_planned(rig, planned(pool, PERIOD_NS)).pairs
     assert len(pairs) == len(pool) > 10
     assert all(usable(pair.raw, notes) for pair in pairs), notes
 
 
-def test_a_design_tells_more_than_its_first_record_and_keeps_the_time(rig: RehearsedRig, tmp_path: Path) -> None:
+def test_a_design_tells_more_than_its_first_record_and_keeps_the_time(rig: KnownRig, tmp_path: Path) -> None:
     pool = candidates(SweepEnvelope(rests_mpa=(0.2,)), (10.0,), PERIOD_NS)
     short, whole = (design([rig], pool, seconds, FEW, fitted()) for seconds in (20.0, 60.0))
     assert sum(lasts_s(entry) for entry in whole.entries) <= 60.0
@@ -200,7 +200,7 @@ def test_a_design_tells_more_than_its_first_record_and_keeps_the_time(rig: Rehea
     assert [list(plan.dp_mpa) for plan in again] == [list(plan.dp_mpa) for plan in planned(whole.entries, PERIOD_NS)]
 
 
-def test_a_design_leaves_time_over_that_no_record_would_make_it_tell_more_in(rig: RehearsedRig) -> None:
+def test_a_design_leaves_time_over_that_no_record_would_make_it_tell_more_in(rig: KnownRig) -> None:
     pool = candidates(SweepEnvelope(rests_mpa=(0.2,)), (10.0,), PERIOD_NS)
     some, all_day = (design([rig], pool, seconds, FEW, fitted()) for seconds in (120.0, 7200.0))
     assert all_day.power.score >= some.power.score
@@ -237,14 +237,14 @@ def test_a_number_moves_within_its_law_and_takes_along_what_is_tied_to_it() -> N
     assert replace(slow, spread={"fill_mpa_s": 0.0}).moved("fill_mpa_s", scales)[1] == 0.0
 
 
-def test_effects_that_share_a_stage_keep_their_names(rig: RehearsedRig) -> None:
+def test_effects_that_share_a_stage_keep_their_names(rig: KnownRig) -> None:
     rivals = [late("delay", 0.02, 0.5), replace(late("valve_lag", 0.02, 0.5), effect="supply_droop")]
     found = next_experiment(rivals, rig, SweepEnvelope(rests_mpa=(0.2,)), fitted())
     assert found is not None
     assert set(found.separates) == {"delay", "supply_droop"}
 
 
-def test_a_delay_and_a_lag_are_parted_by_something_fast(rig: RehearsedRig) -> None:
+def test_a_delay_and_a_lag_are_parted_by_something_fast(rig: KnownRig) -> None:
     rivals = [late("delay", 0.02, 0.5), late("valve_lag", 0.02, 0.5)]
     found = next_experiment(rivals, rig, SweepEnvelope(rests_mpa=(0.2,)), fitted())
     assert found is not None
@@ -255,7 +255,7 @@ def test_a_delay_and_a_lag_are_parted_by_something_fast(rig: RehearsedRig) -> No
     assert found.to_json()["needs_reference"] is False
 
 
-def test_what_is_not_among_the_rivals_stays_as_likely_as_it_was(rig: RehearsedRig) -> None:
+def test_what_is_not_among_the_rivals_stays_as_likely_as_it_was(rig: KnownRig) -> None:
     """Something unknown of 0.3 was left out of the promise, which was 0.99."""
     rivals = [late("delay", 0.02, 0.35), late("valve_lag", 0.02, 0.35)]
     found = next_experiment(rivals, rig, ROOM, fitted())
@@ -263,7 +263,7 @@ def test_what_is_not_among_the_rivals_stays_as_likely_as_it_was(rig: RehearsedRi
     assert found.confidence == pytest.approx(0.7**2 + 0.3**2, abs=0.02)
 
 
-def test_rough_laws_and_a_long_session_promise_less(rig: RehearsedRig) -> None:
+def test_rough_laws_and_a_long_session_promise_less(rig: KnownRig) -> None:
     rivals = [late("delay", 0.002, 0.5), late("valve_lag", 0.002, 0.5)]
     rough = [replace(one, roughness=0.5) for one in rivals]
     promised = [
@@ -275,7 +275,7 @@ def test_rough_laws_and_a_long_session_promise_less(rig: RehearsedRig) -> None:
 
 
 @pytest.mark.parametrize("seconds", [0.001, 0.0015, 0.002])
-def test_the_confidence_that_is_promised_is_that_of_the_mean_record(rig: RehearsedRig, seconds: float) -> None:
+def test_the_confidence_that_is_promised_is_that_of_the_mean_record(rig: KnownRig, seconds: float) -> None:
     rivals = [late("delay", seconds, 0.5), late("valve_lag", seconds, 0.5)]
     found = next_experiment(rivals, rig, SweepEnvelope(rests_mpa=(0.2,)), fitted())
     assert found is not None
@@ -295,26 +295,29 @@ def test_of_several_hypotheses_the_promised_confidence_is_what_a_draw_of_records
     assert expected_confidence(chances, far) == pytest.approx(held, abs=0.015)
 
 
-def test_a_long_record_that_tells_enough_is_not_passed_over_for_a_short_one_that_does_not(rig: RehearsedRig) -> None:
+def test_a_long_record_that_tells_enough_is_not_passed_over_for_a_short_one_that_does_not(rig: KnownRig) -> None:
     found = next_experiment([late("delay", 0.003, 0.97), late("valve_lag", 0.003, 0.03)], rig, ROOM, fitted())
     assert found is not None
     assert found.nats >= 0.05
 
 
-def test_an_experiment_keeps_the_joint_where_it_may_be(rig: RehearsedRig) -> None:
+def test_an_experiment_keeps_the_joint_where_it_may_be(rig: KnownRig) -> None:
     rivals, limits = [late("delay", 0.08, 0.5), late("valve_lag", 0.08, 0.5)], (-20.0, 20.0)
     moved: list[float] = []
     for envelope in (SweepEnvelope(rests_mpa=(0.2,)), SweepEnvelope(rests_mpa=(0.2,), angle_deg=limits)):
         found = next_experiment(rivals, rig, envelope, fitted())
         assert found is not None
-        moved.append(max(np.abs(base).max() for base in rehearse(rig, planned(found.entries, PERIOD_NS)).base))
+        moved.append(max(np.abs(base).max() for base in expect_planned(rig, planned(found.entries, PERIOD_NS)).base))
     assert moved[1] <= limits[1] < moved[0]
     assert next_experiment(rivals, rig, SweepEnvelope(rests_mpa=(0.2,), angle_deg=(-0.1, 0.1)), fitted()) is None
 
 
-def test_where_the_simulator_moves_further_than_is_expected_it_counts(rig: RehearsedRig) -> None:
+def test_where_the_simulator_moves_further_than_is_expected_it_counts(rig: KnownRig) -> None:
     pool = candidates(SweepEnvelope(rests_mpa=(0.15,)), (10.0,), PERIOD_NS)
-    expected, simulator = rehearse(rig, planned(pool, PERIOD_NS)), load_model(CONFIGS / "models" / "simulated.yaml")
+    expected, simulator = (
+        expect_planned(rig, planned(pool, PERIOD_NS)),
+        load_model(CONFIGS / "models" / "simulated.yaml"),
+    )
     alone, both = (within(expected, (-60.0, 60.0), known) for known in (None, simulator))
     reach = {k: float(np.abs(simulate(simulator, expected.pairs[k].raw).angle_deg).max()) for k in alone}
     assert set(both) == {k for k in alone if reach[k] <= 54.0} < set(alone)
@@ -334,5 +337,5 @@ def test_where_the_simulator_moves_further_than_is_expected_it_counts(rig: Rehea
     ],
     ids=["nothing", "one", "settled", "the same twice", "one on each factor", "a first and a second cause"],
 )
-def test_where_nothing_is_open_no_experiment_is_recommended(rig: RehearsedRig, rivals: list[Hypothesis]) -> None:
+def test_where_nothing_is_open_no_experiment_is_recommended(rig: KnownRig, rivals: list[Hypothesis]) -> None:
     assert next_experiment(rivals, rig, SweepEnvelope(rests_mpa=(0.2,)), fitted()) is None

@@ -23,8 +23,8 @@ from rig.gap.plan.capability import capability
 from rig.gap.plan.directions import columns, usual_directions
 from rig.gap.plan.information import Information, inform, separations
 from rig.gap.plan.next_experiment import Hypothesis, next_experiment
+from rig.gap.plan.planned_records import KnownRig, expect_planned, factors_of, known_rig
 from rig.gap.plan.raw_ability import RAW, STEP, raw_abilities, smallest
-from rig.gap.plan.rehearse import RehearsedRig, factors_of, known_rig, rehearse
 from rig.gap.records.pairs import pair_up
 from rig.gap.reference.build import expect, known_how
 from rig.gap.reference.kinds import ReferenceKind
@@ -38,31 +38,31 @@ PLANS = planned([SINE], 10_000_000)
 
 
 @pytest.fixture(scope="module")
-def known() -> RehearsedRig:
+def known() -> KnownRig:
     rig = model()
     return known_of(replace(rig, fingerprint=fingerprint_of(session(1), rig)), [])
 
 
-def test_a_fingerprint_s_own_misses_go_into_what_is_planned(known: RehearsedRig) -> None:
+def test_a_fingerprint_s_own_misses_go_into_what_is_planned(known: KnownRig) -> None:
     rig = model()
     made = fingerprint_of(session(1), rig)
     assert made is not None
     assert (known.levels, known.missed_mpa, known.missed_deg) == known_how(made)
-    assert rehearse(known, PLANS).missed_deg == known.missed_deg > 0.0
+    assert expect_planned(known, PLANS).missed_deg == known.missed_deg > 0.0
 
 
-def test_a_reference_that_misses_more_shows_less(known: RehearsedRig) -> None:
+def test_a_reference_that_misses_more_shows_less(known: KnownRig) -> None:
     sizes = []
     for worse in (1.0, 30.0):
         rig = replace(known, missed_deg=worse * known.missed_deg, missed_mpa=worse * known.missed_mpa)
-        found = {one.effect: one for one in capability(rehearse(rig, PLANS), FEW, fitted()).abilities}
+        found = {one.effect: one for one in capability(expect_planned(rig, PLANS), FEW, fitted()).abilities}
         sizes.append(found["viscous_friction"].detectable or np.inf)
     assert sizes[1] > 1.5 * sizes[0]
 
 
-def test_what_one_record_alone_may_take_needs_no_place_among_the_patterns_of_all(known: RehearsedRig) -> None:
+def test_what_one_record_alone_may_take_needs_no_place_among_the_patterns_of_all(known: KnownRig) -> None:
     plans = planned([replace(SINE, signal=Sine(hertz, 0.2)) for hertz in (0.3, 0.5, 0.8)], 10_000_000)
-    problem = factors_of(rehearse(known, plans), fitted())[1]
+    problem = factors_of(expect_planned(known, plans), fitted())[1]
     likelihood = problem.forward.factor.healthy
     found = usual_directions(FEW, problem, 0.05)
     told = inform(problem, columns(found))
@@ -173,18 +173,18 @@ def test_a_designed_session_pairs_with_the_usual_one_where_they_share_a_record(t
 
 @pytest.mark.parametrize(("hz", "times"), [(0.5, 1.0), (4.0, 5.0)])
 def test_a_planned_record_faster_than_what_is_known_is_as_many_times_less_sure(
-    known: RehearsedRig, hz: float, times: float
+    known: KnownRig, hz: float, times: float
 ) -> None:
     plans = planned([Entry(Sine(hz, 0.1), Timing(settle_s=1.0, duration_s=10.0), (0.2,))], 10_000_000)
     steady = replace(known, missed_mpa=0.0, anew_mpa=0.0)
-    made = [rehearse(replace(steady, known_hz=at), plans) for at in (np.inf, 0.8)]
+    made = [expect_planned(replace(steady, known_hz=at), plans) for at in (np.inf, 0.8)]
     sure, unsure = (pressure_forward(expected, fitted()).factor.healthy for expected in made)
     noise = parts_of_pressures(made[0])[0].noise  # is as loud on a fast record
     np.testing.assert_allclose(unsure.variance - noise, times**2 * (sure.variance - noise))
     np.testing.assert_allclose(unsure.patterns, times * sure.patterns)
 
 
-def test_what_is_slow_is_given_longer_records(known: RehearsedRig) -> None:
+def test_what_is_slow_is_given_longer_records(known: KnownRig) -> None:
     slow = Applied("creep", {"share": 0.1, "tau_s": 10.0, "relaxed": 1.0})
     rivals = [
         Hypothesis(ANGLE, Applied("sensor_gain", {"gain": -0.04}), 0.5, {"gain": 0.01}),

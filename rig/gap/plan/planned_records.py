@@ -1,4 +1,5 @@
-"""Records that were not made yet, as the reference expects them: what the likelihood is asked about beforehand."""
+"""Planned records: what the reference expects of records that were not made yet, for the likelihood to be asked about
+them beforehand."""
 
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
@@ -40,7 +41,7 @@ class Noise:
 
 
 @dataclass(frozen=True)
-class RehearsedRig:
+class KnownRig:
     """What is known of a rig before a record is made."""
 
     response: ResponseModel
@@ -67,9 +68,9 @@ class RehearsedRig:
         return round(self.grid_s * 1e9)
 
 
-def rehearse(rig: RehearsedRig, plans: Sequence[RunPlan]) -> Expected:
-    """The reference brought to records that answer exactly as it expects, but for noise; plans on the rig's
-    grid."""
+def expect_planned(rig: KnownRig, plans: Sequence[RunPlan]) -> Expected:
+    """What the reference expects of planned records, which are taken to answer exactly so but for noise. The plans are
+    on the rig's grid."""
     draw = np.random.default_rng(0)  # the same noise each time: two sessions are compared by their records alone
     pairs = [_expected_pair(rig, plan, draw) for plan in plans]
     made = from_response(rig.response, Pairing(pairs, rig.pressures, 0, rig.response.p0_mpa))
@@ -101,7 +102,7 @@ def _simulated_within(simulator: Model, commands: Record, least_deg: float, most
     return angle is not None and least_deg <= float(angle.min()) and float(angle.max()) <= most_deg
 
 
-def _expected_pair(rig: RehearsedRig, plan: RunPlan, draw: np.random.Generator) -> Pair:
+def _expected_pair(rig: KnownRig, plan: RunPlan, draw: np.random.Generator) -> Pair:
     dp = np.asarray(plan.dp_mpa, dtype=np.float64)
     dt_s = rig.grid_s
     t = np.arange(len(dp), dtype=np.float64) * dt_s
@@ -118,11 +119,11 @@ def _expected_pair(rig: RehearsedRig, plan: RunPlan, draw: np.random.Generator) 
     return Pair(plan.name, dt_s, t, u1, u2, case, (), np.ones_like(t), raw, (), t)
 
 
-def known_rig(expected: Expected) -> RehearsedRig:
+def known_rig(expected: Expected) -> KnownRig:
     """The rig of records that there are, as their reference knows it."""
     if expected.beside_records:
         return known_by(expected.response, expected.contexts, pressures=expected.driven)
-    rig = RehearsedRig(
+    rig = KnownRig(
         expected.response,
         expected.levels,
         expected.driven,
@@ -136,7 +137,7 @@ def known_rig(expected: Expected) -> RehearsedRig:
     return as_steady_as(rig, expected.contexts)
 
 
-def known_by(response: ResponseModel, days: Sequence[RecordContext], *, pressures: bool) -> RehearsedRig:
+def known_by(response: ResponseModel, days: Sequence[RecordContext], *, pressures: bool) -> KnownRig:
     """The rig of earlier days: records of another kind are known as surely as by a fingerprint of them, and that misses
     its own days."""
     pairs = [context.pair for context in days]
@@ -145,7 +146,7 @@ def known_by(response: ResponseModel, days: Sequence[RecordContext], *, pressure
         rms_of([context.reference.p1_mpa - context.regulated[0] for context in days], pairs),
         rms_of([context.reference.p2_mpa - context.regulated[1] for context in days], pairs),
     ]
-    rig = RehearsedRig(
+    rig = KnownRig(
         response,
         ReferenceKind.FINGERPRINT.value,
         pressures,
@@ -158,7 +159,7 @@ def known_by(response: ResponseModel, days: Sequence[RecordContext], *, pressure
     return as_steady_as(rig, days)
 
 
-def as_steady_as(rig: RehearsedRig, contexts: Sequence[RecordContext]) -> RehearsedRig:
+def as_steady_as(rig: KnownRig, contexts: Sequence[RecordContext]) -> KnownRig:
     """The same that repeats itself as closely as it does in these records."""
     of_angle = partial(angle_days, response=rig.response, driven=rig.pressures)
     anew_mpa = of_contexts(contexts, pressure_days).rms if rig.pressures else 0.0
