@@ -175,8 +175,8 @@ def paired_anew(question: Question, pairing: Pairing, of_case: Sequence[Repair],
     pairs = pairing.pairs
     records = [repair(pair.raw) for pair, repair in zip(pairs, of_case, strict=True)]
     days = [
-        [repair(pair.raw_baselines[k]) for pair, repair in zip(pairs, of_days, strict=True)]
-        for k in range(len(pairs[0].raw_baselines))
+        [repair(pair.raw_days[k]) for pair, repair in zip(pairs, of_days, strict=True)]
+        for k in range(len(pairs[0].raw_days))
     ]
     try:
         anew = _paired(question, records, days)
@@ -185,7 +185,7 @@ def paired_anew(question: Question, pairing: Pairing, of_case: Sequence[Repair],
     if [pair.name for pair in anew.pairs] != [pair.name for pair in pairs] or anew.day_count != pairing.day_count:
         return pairing
     kept = [
-        replace(pair, dropouts=was.dropouts, baseline_dropouts=was.baseline_dropouts, numbers=was.numbers)
+        replace(pair, dropouts=was.dropouts, day_dropouts=was.day_dropouts, day_numbers=was.day_numbers)
         for pair, was in zip(anew.pairs, pairs, strict=True)
     ]
     said = [line for line in anew.notes if line not in pairing.notes]

@@ -49,7 +49,7 @@ def judged_signatures(
     make up some of the gap.
     """
     causes, observations = [], []
-    compared = any(pair.raw_baselines for pair in expected.pairs)
+    compared = any(pair.raw_days for pair in expected.pairs)
     for signature in (one for one in signatures if one.found):
         before = _raw_gap_deg(signature, expected, gap_deg)
         share = float(np.clip(signature.variance_deg2 / max(before**2, 1e-12), 0.0, 1.0))
@@ -67,7 +67,7 @@ def _raw_gap_deg(signature: Signature, expected: Expected, gap_deg: float) -> fl
     raw = [
         np.interp(pair.raw.t_s, other.t_s[known], other.angle_deg[known]) - pair.raw.angle_deg
         for pair in expected.pairs
-        for other in pair.raw_baselines
+        for other in pair.raw_days
         if pair.raw.angle_deg is not None and other.angle_deg is not None
         for known in (np.isfinite(other.angle_deg),)
     ]

@@ -23,8 +23,8 @@ from rig.gap.records.pairs import Pair
 def read_signatures(pairs: Sequence[Pair], known: KnownNoise | None = None) -> list[Signature]:
     """The results of all tests; what is `known` of the angle's noise counts where no earlier day is there."""
     cases = [pair.raw for pair in pairs]
-    count = min((len(pair.raw_baselines) for pair in pairs), default=0)
-    sessions = [[pair.raw_baselines[k] for pair in pairs] for k in range(count)]
+    count = min((len(pair.raw_days) for pair in pairs), default=0)
+    sessions = [[pair.raw_days[k] for pair in pairs] for k in range(count)]
     level_of = once(level_deg)
     own_deg = known.level_deg if known is not None and known.of_this_rig else None
     step = quantisation_step(cases, sessions, own_deg)

@@ -22,7 +22,7 @@ def dropouts(pairs: Sequence[Pair], column: str) -> Signature:
         return Signature(name, effect, False, 0.0, 0.0, "1", "no sample falls to a rail")
     bursts, rows = sum(one.bursts for one in mine), _visible_rows(pairs, mine)
     fallen = sum(int((one.fallen & one.visible).sum()) for one in mine)
-    usual_fallen, usual_bursts, usual_rows = _baselines(pairs, column)
+    usual_fallen, usual_bursts, usual_rows = _on_earlier_days(pairs, column)
     seen, usual = (bursts, usual_bursts) if usual_bursts else (fallen, BASELINE_FALLS)
     p_value = _by_chance(seen, rows / max(usual_rows, rows) * usual)
     share, base = fallen / rows, usual_fallen / max(usual_rows, 1)
@@ -60,8 +60,8 @@ def _visible_rows(pairs: Sequence[Pair], mine: Sequence[Dropouts]) -> int:
     return max(int(share * sum(len(pair.raw) for pair in pairs)), 1)
 
 
-def _baselines(pairs: Sequence[Pair], column: str) -> tuple[int, int, int]:
-    """Fallen samples, bursts and rows of all baselines."""
-    found = [one for pair in pairs for day in pair.baseline_dropouts for one in day if one.column == column]
-    rows = sum(len(record) for pair in pairs for record in pair.raw_baselines)
+def _on_earlier_days(pairs: Sequence[Pair], column: str) -> tuple[int, int, int]:
+    """Fallen samples, bursts and rows of all earlier days."""
+    found = [one for pair in pairs for day in pair.day_dropouts for one in day if one.column == column]
+    rows = sum(len(record) for pair in pairs for record in pair.raw_days)
     return sum(int(one.fallen.sum()) for one in found), sum(one.bursts for one in found), rows

@@ -32,11 +32,11 @@ def pair_with_kept(
 
 def _lasts(pair: Pair) -> bool:
     """Whether the earlier day's record is as long as the case's, as far as is not said."""
-    own, kept = (float(np.ptp(record.t_s)) for record in (pair.raw, pair.raw_baselines[0]))
+    own, kept = (float(np.ptp(record.t_s)) for record in (pair.raw, pair.raw_days[0]))
     return kept >= LEAST_COVERED_SAID * own
 
 
 def _without_raw(pair: Pair) -> Pair:
     """The pair without the raw samples of its earlier day: what was packed shows no noise, no steps and no lost
     samples."""
-    return replace(pair, raw_baselines=(), baseline_dropouts=())
+    return replace(pair, raw_days=(), day_dropouts=())

@@ -44,22 +44,22 @@ class Pair:
     case: RunColumns
     days: tuple[RunColumns, ...]
     used: Column
-    """1 where the case and its baselines were measured, 0 in holes, where one of them did not run yet, and at the
+    """1 where the case and its earlier days were measured, 0 in holes, where one of them did not run yet, and at the
     smoothing's edges."""
     raw: Record
-    """As it was read, fallen samples missing, with rows in its holes: those have a command and nothing measured."""
-    raw_baselines: tuple[Record, ...]
-    """The same of the baselines, on the case's clock."""
+    """The case as it was read, without fallen samples. Its holes have rows with a command and nothing measured."""
+    raw_days: tuple[Record, ...]
+    """The same of each earlier day, on the case's clock; in the order of `days`."""
     stamps_s: Column
     """(m,) the time stamps of the case's record as it was read."""
     dropouts: tuple[Dropouts, ...] = ()
     """What fell in the case's record."""
-    baseline_dropouts: tuple[tuple[Dropouts, ...], ...] = ()
-    """What fell in each baseline's."""
-    numbers: tuple[int, ...] = ()
+    day_dropouts: tuple[tuple[Dropouts, ...], ...] = ()
+    """What fell in each earlier day's."""
+    day_numbers: tuple[int, ...] = ()
     """Of the earlier days, counted from 1 as they were given."""
     other_input: bool = False
-    """The baselines' input is not exactly the case's: they are what they would have been at that."""
+    """The input of the earlier days is not exactly the case's: `days` are what they would have been at the case's."""
     begun_s: float = 0.0
     """When the record began, after the first of its session; 0 for all where nobody says."""
 
@@ -145,11 +145,11 @@ def pair_on_grid(
         days=tuple(days),
         used=used,
         raw=record,
-        raw_baselines=others,
+        raw_days=others,
         stamps_s=read.t_s,
         dropouts=fallen[0],
-        baseline_dropouts=tuple(fallen[1:]),
-        numbers=tuple(partner.session for partner in partners),
+        day_dropouts=tuple(fallen[1:]),
+        day_numbers=tuple(partner.session for partner in partners),
         other_input=any(differs(mine, grid.input_of(other)) for other in others),
     )
 

@@ -161,7 +161,7 @@ def _check_directions(pairs: Sequence[Pair]) -> None:
     against = [k for k, day in enumerate(days) if runs_against(cases, day)]
     if against:
         k, one = against[0], pairs[0]
-        day = "the earlier days" if len(against) == count else named_session(one.numbers[k], one.raw_baselines[k])
+        day = "the earlier days" if len(against) == count else named_session(one.day_numbers[k], one.raw_days[k])
         whose = f"{day}'" if day.endswith("s") else f"that of {day}"
         check_direction(cases, days[k], whose)
 
@@ -310,7 +310,7 @@ def _clipped(pairs: Sequence[Pair]) -> Iterator[str]:
     for pair in pairs:
         for name, (what, unit) in SPOKEN.items():
             for word, stay in _stays(pair.raw, name).items():
-                days = [_stays(day, name, stay.step) for day in pair.raw_baselines]
+                days = [_stays(day, name, stay.step) for day in pair.raw_days]
                 before = min((day[word].share if word in day else 0.0 for day in days), default=0.0)
                 if stay.share > max(CLIPPED + before, CLIPPED_OVER_NEXT * stay.beside):
                     yield (

@@ -64,7 +64,7 @@ def test_a_small_mark_against_an_earlier_day_is_a_cause_where_nothing_else_is_fo
 def test_beside_records_without_raw_samples_a_small_mark_is_no_cause() -> None:
     """What a fingerprint keeps shows no steps: a signature stands for itself there, as without an earlier day."""
     whole = replace(beside(1), kind=ReferenceKind.FINGERPRINT)
-    kept = [replace(one, pair=replace(one.pair, raw_baselines=())) for one in whole.contexts]
+    kept = [replace(one, pair=replace(one.pair, raw_days=())) for one in whole.contexts]
     assert judged_signatures([signature(1e-6)], replace(whole, contexts=kept), GAP_DEG, False).causes == []
     assert len(judged_signatures([signature(1e-6)], whole, GAP_DEG, False).causes) == 1
 

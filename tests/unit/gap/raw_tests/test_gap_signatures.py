@@ -209,7 +209,7 @@ def test_samples_are_lost_on_a_coarse_angle_without_any_healthy_day(share: float
         kept[0] = True
         return coarse[np.maximum.accumulate(np.where(kept, np.arange(len(y)), 0))]
 
-    pairs = [replace(pair, raw_baselines=()) for pair in pair_up(changed(67, lost), baselines(), 0.2).pairs]
+    pairs = [replace(pair, raw_days=()) for pair in pair_up(changed(67, lost), baselines(), 0.2).pairs]
     signature = next(one for one in read_signatures(pairs) if one.test == "repeated samples")
     assert signature.found is found
 

@@ -42,7 +42,7 @@ def test_the_same_sweeps_are_compared_with_what_the_rig_answered_then(known: Fin
         rest = session_kept.angle_deg[: len(theirs)][inner] - session_day.angle_deg[inner]
         assert np.std(rest) < 0.03, "no more than the noise that was not kept"
         assert session_kept.p1_mpa is not None
-        assert mine.raw_baselines == (), "packed records show no raw samples"
+        assert mine.raw_days == (), "packed records show no raw samples"
 
 
 def test_without_records_in_it_nothing_pairs(known: Fingerprint) -> None:
