@@ -18,8 +18,8 @@ SAME: Final = 0.01
 """Nearer to all than this is all."""
 CLOSE: Final = 0.05
 """Predicted and realised explained fraction agree within this."""
-DEALS: Final = 200
-"""Times that labels are dealt anew: their mean is known to 7 % of one deal's spread (1 / sqrt 200)."""
+SHUFFLES: Final = 200
+"""Times that labels are shuffled: the mean is known to 7 % of the spread of one shuffle (1 / sqrt 200)."""
 BINS: Final = 5
 """Of stated confidence. More: too few cases in each for a rate; fewer: over- and under-confidence cancel."""
 
@@ -162,7 +162,7 @@ def naive_result(answers: Sequence[tuple[Row, str]], same_class: Callable[[str, 
 
 
 def shuffled_control(rows: Sequence[Row], seed: int) -> dict[str, Any]:
-    """The exact names against labels dealt anew among the cases: what chance reaches. A leak into the answers cannot
+    """The exact names against labels shuffled among the cases: what chance reaches. A leak into the answers cannot
     move this one, and a score near it says that the answers know nothing.
     """
     single = [row for row in _kind(rows, CaseKind.SINGLE) if row.is_clear]
@@ -173,12 +173,12 @@ def shuffled_control(rows: Sequence[Row], seed: int) -> dict[str, Any]:
             bool(row.names) and row.names[0] == truths[k]
             for row, k in zip(single, random.permutation(len(truths)), strict=True)
         )
-        for _ in range(DEALS)
+        for _ in range(SHUFFLES)
     ]
     return {
         "exact_first_mean": mean(hit / len(single) for hit in hits) if single else None,
         "n": len(single),
-        "rounds": DEALS,
+        "rounds": SHUFFLES,
     }
 
 

@@ -83,7 +83,7 @@ def answer(question: Question) -> tuple[Diagnosis, Grounds]:
 
 
 def _effect_changes(expected: Expected, posteriors: Sequence[Posterior]) -> dict[str, EffectChange]:
-    """What each effect changes, as it fits best by itself: behind the monitors where it was judged on both sides."""
+    """What each effect changes, as it fits best by itself: behind the monitors where it was judged on both factors."""
     ahead, behind = posteriors[0], posteriors[-1]
     found = {}
     if ahead.problem.name == PRESSURES:

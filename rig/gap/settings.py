@@ -21,7 +21,7 @@ TOP_HZ = 6.0
 """Highest frequency compared, Hz: muscles and regulators answer below it. Higher: more lines of noise, the same
 evidence."""
 ENVELOPE_HZ = 0.5
-"""Width over which a response's power is blurred for the remainder's variance, Hz. Narrower: single lines decide."""
+"""Width over which a response's power is blurred for the residual's variance, Hz. Narrower: single lines decide."""
 LOUDER_BELOW = 3.0
 """A monitor's noise below TOP_HZ has at most this many times the power of that in the octave above. More: what a
 description misses of a rig is taken for noise where there is little; less: noise that falls with frequency stays, and
@@ -36,9 +36,9 @@ LEAST_EFFECTIVE = 20.0
 misses. Fewer: nothing is seen in one record of some seconds, and a simulator that misses several times as much as it
 does of its own records lacks nothing."""
 UNKNOWN_EVEN = 0.3
-"""Share of the power of something unknown that is spread evenly over all lines, as ENVELOPE_EVEN is for the remainder.
+"""Share of the power of something unknown that is spread evenly over all lines, as ENVELOPE_EVEN is for the residual.
 Less: what is unknown must lie where the gap is largest."""
-UNEVEN = 1.3
+UNEVEN_CODES = 1.3
 """What rounding leaves is larger than an even converter's by this factor: codes differ in width (development: 1.1 to
 1.3)."""
 MEAN_DOUBT = 0.3
@@ -165,7 +165,7 @@ class FactorLevels:
     """How surely a reference knows one factor: standard deviations of what may differ without being a gap."""
 
     patterns: Mapping[str, float]
-    """Of each pattern by its name, see `rig.gap.reference.expectation`."""
+    """Of each pattern by its name, see `rig.gap.reference.patterns`."""
     share: float
     """Of what the response misses, as a share of its own motion."""
     even: float
@@ -298,7 +298,7 @@ class Prior:
     """Independent lines of one factor in a session of SESSION_S: neighbours and records share causes. More: surer, and
     more false alarms."""
     degrees: float
-    """Degrees of freedom with which a remainder's level is known. Fewer: heavier tails."""
+    """Degrees of freedom with which the level of a residual is known. Fewer: heavier tails."""
     log_beside: float
     """Prior odds of something unknown beside an effect, against that effect alone, nats."""
     temperature: float

@@ -61,13 +61,13 @@ def _closing(diagnosis: Mapping[str, Any], named: Sequence[Any]) -> list[str]:
 
 
 def _floor(diagnosis: Mapping[str, Any]) -> list[str]:
-    """Something is found only where something stands above what is usual: the gap, or a side by its own measure."""
+    """Something is found only where something stands above what is usual: the gap, or a factor by its own measure."""
     gap, evidence = diagnosis["gap"], diagnosis.get("evidence", {})
     if diagnosis["verdict"] == "none" or gap["rms_deg"] > gap["floor_deg"]:
         return []
-    sides = list(evidence.get("factors", {}).values())
+    factors = list(evidence.get("factors", {}).values())
     signatures = [signature for signature in evidence.get("signatures", []) if signature.get("found")]
-    if any(side["found"] or side["gap"] > FAR * side["floor"] for side in sides) or signatures:
+    if any(one["found"] or one["gap"] > FAR * one["floor"] for one in factors) or signatures:
         return []
     size, usual = f"{gap['rms_deg']:.3g} deg", f"{gap['floor_deg']:.3g} deg"
     return [f"{diagnosis['verdict']} at a gap of {size}, below the usual {usual}, by no other measure"]

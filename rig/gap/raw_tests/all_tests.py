@@ -29,8 +29,8 @@ def read_signatures(pairs: Sequence[Pair], known: KnownNoise | None = None) -> l
     own_deg = known.level_deg if known is not None and known.of_this_rig else None
     step = quantisation_step(cases, sessions, own_deg)
     coarsest = max(step.value, step.baseline)
-    dealt_on = coarsest or fine_step_deg(angles_of(cases))
-    repeats = repeated_samples(cases, sessions, dealt_on, not step.found, level_of)
+    step_deg = coarsest or fine_step_deg(angles_of(cases))
+    repeats = repeated_samples(cases, sessions, step_deg, not step.found, level_of)
     held = repeats.found
     if held and sessions:  # what stands still and jumps is neither a line nor noise: beside days that do so as well
         lost, held = [lost_samples(case) for case in cases], False

@@ -22,7 +22,7 @@ from rig.gap.raw_tests.settings import (
     SMOOTHED,
     SWITCHED,
     TESTS,
-    UNEVEN,
+    UNEVEN_ROWS,
 )
 from rig.gap.raw_tests.signature import Signature, on_days
 from rig.gap.raw_tests.spectral_lines import Spectrum, overtones, sidebands_deg2, without_lines
@@ -172,9 +172,9 @@ def noise_beside_the_motion(records: Sequence[Record], angles: Sequence[Column],
 
 
 def _nearly_even(record: Record) -> bool:
-    """Nearly all rows are a period apart, as far as UNEVEN allows, whatever the clocks add up to."""
+    """Nearly all rows are a period apart, as far as UNEVEN_ROWS allows, whatever the clocks add up to."""
     off = np.abs(np.diff(record.t_s) / record.period_s - 1.0)
-    return bool(np.quantile(off, NEARLY_ALL_EVEN) <= UNEVEN)
+    return bool(np.quantile(off, NEARLY_ALL_EVEN) <= UNEVEN_ROWS)
 
 
 def _where_it_was_read(record: Record, motion: Column, rows: float) -> Column:

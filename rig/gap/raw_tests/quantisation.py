@@ -10,11 +10,11 @@ from rig.gap.raw_tests.noise_levels import angles_of, level_beside_deg
 from rig.gap.raw_tests.settings import (
     COARSER,
     FINE_STEPS_APART,
-    LATTICE_BY_CHANCE,
     LEAST_APART,
     LEAST_GAP,
     LEAST_STEP_DEG,
     OFF_WHOLE,
+    STEP_BY_CHANCE,
     STEP_DIGITS,
     STEP_OVER_NOISE,
     WHOLE_STEPS,
@@ -39,7 +39,7 @@ def quantisation_step(
     base = max((step_deg(angles_of(session))[0] for session in sessions), default=0.0)
     known = bool(sessions) or (described_deg is not None and step > COARSER * math.sqrt(12.0) * described_deg)
     by_chance = _by_chance(angles_of(cases), step) if step else 1.0
-    found = step > COARSER * base and step > LEAST_STEP_DEG and by_chance < LATTICE_BY_CHANCE
+    found = step > COARSER * base and step > LEAST_STEP_DEG and by_chance < STEP_BY_CHANCE
     found = found and (known or step > STEP_OVER_NOISE * level_beside_deg(step, angles_of(cases)))
     code = code_of(cases, sessions, step) if found else ConverterCode.NEAREST
     on_earlier = on_days(f"{base:.3g} deg" if base else "no step", bool(sessions))

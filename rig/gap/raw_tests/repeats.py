@@ -1,8 +1,8 @@
 """Lost samples that repeat the one before: found where the joint moves too fast for a repeat by chance.
 
-Each class of speed has its own share of repeats by chance: of the baselines, or of the case's own noise dealt anew on
-its converter's step. Rows weigh by how seldom they repeat by chance, so that fast sweeps decide and slow ones do no
-harm.
+Each class of speed has its own share of repeats by chance: that of the baselines, or of surrogates of the case, whose
+own noise is shifted in time and rounded to its converter's step again. Rows weigh by how seldom they repeat by chance,
+so that fast sweeps decide and slow ones do no harm.
 """
 
 import math
@@ -16,7 +16,6 @@ from rig.columns import filled_in
 from rig.gap.raw_tests.noise_levels import Measure, angles_of
 from rig.gap.raw_tests.settings import (
     CHANCE_SPREAD,
-    DEALINGS,
     LEAST_LOST,
     LEAST_LOUDER,
     LEAST_MOVING,
@@ -32,6 +31,7 @@ from rig.gap.raw_tests.settings import (
     SLOPE_ROWS,
     SPEED_CLASSES,
     SPEEDS_PER_DOUBLING,
+    SURROGATES,
 )
 from rig.gap.raw_tests.signature import Signature, on_days
 from rig.gap.raw_tests.statistics import about, by_chance
@@ -108,7 +108,7 @@ def repeated_samples(
     if own.rows.sum() < LEAST_MOVING and finer:
         least, own = 0.0, count(cases, 0.0)
     usual = [count(session, least) for session in sessions]
-    chance = by_chance_at_speed(usual, _dealt_anew(cases, sessions, step_deg, least, level_of))
+    chance = by_chance_at_speed(usual, _in_surrogates(cases, sessions, step_deg, least, level_of))
     found = excess(own, chance)
     days = [excess(day, chance) for day in usual]
     between = float(np.std([day.share for day in days])) if len(days) > 1 else CHANCE_SPREAD * found.chance
@@ -136,15 +136,15 @@ def repeated_samples(
     )
 
 
-def _dealt_anew(
+def _in_surrogates(
     cases: Sequence[Record], sessions: Sequence[Sequence[Record]], step_deg: float, least: float, level_of: Measure
 ) -> list[Repeats]:
-    """What repeats by chance in the case, its own noise dealt anew; none where its earlier days, which are as loud, say
-    that, or where it has no step."""
+    """What repeats in each surrogate of the case. None where it has no step, or where its earlier days are as loud and
+    show repeats by chance themselves."""
     if step_deg <= 0.0 or (sessions and not _is_louder(cases, sessions, level_of)):
         return []
-    parts = _parted(cases, step_deg)
-    return [count(_dealt(parts, step_deg, seed), least) for seed in range(DEALINGS)]
+    parts = _motion_and_noise(cases, step_deg)
+    return [count(_surrogate(parts, step_deg, seed), least) for seed in range(SURROGATES)]
 
 
 def _is_lost(own: Repeats, found: Excess, spread: float, chance: Chance) -> bool:
@@ -216,13 +216,13 @@ def _apart(own: Repeats, chance: Chance) -> float:
     return float(np.max(np.abs(at / stood[-1] - moved / moved[-1])))
 
 
-def by_chance_at_speed(days: Sequence[Repeats], dealt: Sequence[Repeats]) -> Chance:
-    """What repeats by chance at each speed: as in the days, or as the case's own noise dealt anew says (`dealt`, some
-    times over) where that is more."""
+def by_chance_at_speed(days: Sequence[Repeats], surrogates: Sequence[Repeats]) -> Chance:
+    """What repeats by chance at each speed: as in the days, or as in the `surrogates` of the case where that is
+    more."""
     usual = _chance(days)
-    if not dealt:
+    if not surrogates:
         return usual
-    mine = _chance(dealt)
+    mine = _chance(surrogates)
     more = mine.share > usual.share
     return Chance(np.where(more, mine.share, usual.share), np.where(more, mine.onward, usual.onward))
 
@@ -263,7 +263,7 @@ def _is_louder(cases: Sequence[Record], sessions: Sequence[Sequence[Record]], le
     return level_of(angles_of(cases)) > math.exp(LEAST_LOUDER) * max(usual)
 
 
-def _parted(records: Sequence[Record], step: float) -> list[tuple[Record, Column, Column]]:
+def _motion_and_noise(records: Sequence[Record], step: float) -> list[tuple[Record, Column, Column]]:
     """Each record with its motion and its own noise (n,), deg; without the step's own share in that."""
     parts = []
     for record, angle in zip(records, angles_of(records), strict=True):
@@ -275,12 +275,12 @@ def _parted(records: Sequence[Record], step: float) -> list[tuple[Record, Column
     return parts
 
 
-def _dealt(parts: Sequence[tuple[Record, Column, Column]], step: float, seed: int) -> list[Record]:
-    """The records (`_parted`) with their own noise dealt anew, on the converter's step, whose share rounding adds
-    again: what repeats in them does so by chance. The noise of another time, so that it keeps its colour."""
+def _surrogate(parts: Sequence[tuple[Record, Column, Column]], step: float, seed: int) -> list[Record]:
+    """The records (`_motion_and_noise`) with their own noise of another time, so that it keeps its colour, rounded to
+    the converter's step again: what repeats in them does so by chance."""
     random = np.random.default_rng(seed)
-    dealt = []
+    made = []
     for record, smooth, noise in parts:
         moved = np.roll(noise, int(random.integers(len(noise) // 4, 3 * len(noise) // 4 + 1)))
-        dealt.append(replace(record, angle_deg=step * np.round((smooth + moved) / step)))
-    return dealt
+        made.append(replace(record, angle_deg=step * np.round((smooth + moved) / step)))
+    return made

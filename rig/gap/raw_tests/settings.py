@@ -23,7 +23,7 @@ COARSER = 1.6
 uneven codes count."""
 LEAST_STEP_DEG = 1e-3
 """Below, a step is how the file was written."""
-LATTICE_BY_CHANCE = 0.001
+STEP_BY_CHANCE = 0.001
 """Values lie so near to whole steps by chance at most so often. Without it, samples that repeat leave few enough values
 to pass for a converter's."""
 FINE_STEPS_APART = 4
@@ -73,8 +73,8 @@ LOST_MORE = 0.25
 """Repeats must exceed those by chance by this share of them: chance itself is known to about a tenth."""
 CHANCE_SPREAD = 0.1
 """How well repeats by chance are known without two baseline days, as a share of them."""
-DEALINGS = 5
-"""How often a case's noise is dealt anew: so many times the rows from which repeats by chance are known. Fewer: chance
+SURROGATES = 5
+"""Surrogates of a case in which repeats by chance are counted: so many times its rows. Fewer: chance
 itself passes for lost samples, 0.5 % of them in a noise of twenty steps; more: slower by 15 ms each."""
 LOST_JUMP = 1.5
 """Steps that must go on for each repeat: 2 after lost samples, 1 in a dead spot. More: lost samples pass for a dead
@@ -89,7 +89,7 @@ GOES_WITH_LOST = 0.75
 them stay where it is sampled faster; more: neighbours go as well."""
 
 # noise
-UNEVEN = 0.2
+UNEVEN_ROWS = 0.2
 """Share of a period by which rows may be off and still be as far apart as a fingerprint's noise was measured on: what
 they show of the motion then is taken off. More: rows are missing, and what a straight line says of the motion is not
 enough."""

@@ -1,7 +1,7 @@
 """What is expected of a rig without a gap, and how surely, as the two factors of the likelihood.
 
 The pressures under the commands, and the angle under the pressures. What is unsure of each is a set of patterns with
-their usual sizes, and a remainder with a spectrum. Where the expected columns come from is in
+their usual sizes, and a residual with a spectrum. Where the expected columns come from is in
 `rig.gap.reference.build`; no effect is known here.
 """
 
@@ -27,7 +27,7 @@ from rig.gap.settings import (
     MOST_MISSED,
     SESSION_S,
     TOP_HZ,
-    UNEVEN,
+    UNEVEN_CODES,
     UNKNOWN_EVEN,
     VOLUME_DOUBT,
     BuildSpread,
@@ -97,8 +97,8 @@ class Factor:
         codes lie. It comes with the motion, and stays where a joint moves within one step."""
         off = [step * (np.round(column / step + part) - part) - column for part in CODE_PARTS]
         power = np.mean([self.lines.envelope(self.lines.of(one), ENVELOPE_HZ, ENVELOPE_EVEN) for one in off], axis=0)
-        healthy = self.healthy.with_variance(UNEVEN * power)
-        mean_square = UNEVEN * float(np.mean([self.rms(one) ** 2 for one in off]))
+        healthy = self.healthy.with_variance(UNEVEN_CODES * power)
+        mean_square = UNEVEN_CODES * float(np.mean([self.rms(one) ** 2 for one in off]))
         return replace(self, healthy=healthy, floor=float(np.hypot(self.floor, np.sqrt(mean_square))))
 
     def at_least(self, rms: float) -> "Factor":

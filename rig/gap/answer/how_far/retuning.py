@@ -25,9 +25,9 @@ from rig.model.simulation import simulate
 from rig.record import Column
 
 STEPS = 5
-"""Gauss-Newton steps of a fold."""
+"""Gauss-Newton steps of the fit; from there each half is one step away."""
 THINNED = 4
-"""Every so manieth row of a record counts: neighbours say the same."""
+"""Every fourth row of a record counts: its neighbours say the same."""
 TUNED = {
     "valve": ("gain", "offset_mpa", "tau_s", "exhaust_ratio"),
     "muscle": (
@@ -147,20 +147,20 @@ def _alike(
     behind = np.array([slot != "valve" or not driven for slot in slots])
     slopes = fit.jacobian[: -len(slots)]
     of_all = square_sum(errors.of_angle * (slopes @ fit.x))
-    sides = {
+    absorbing = {
         False: _Absorbing(slopes[:, behind] * errors.of_angle[:, None], fit.x[behind]),
         True: _Absorbing(slopes, fit.x),
     }
     found = {}
     for name, change in changes.items():
-        side = sides[change.pressures_mpa is not None]
-        if square_sum(errors.of_angle * side.closed) < (1.0 - USEFUL) * of_all:
+        those = absorbing[change.pressures_mpa is not None]
+        if square_sum(errors.of_angle * those.closed) < (1.0 - USEFUL) * of_all:
             continue
         moved = -errors.of_change(change)
-        absorbed = side.absorbed(moved)
+        absorbed = those.absorbed(moved)
         share = square_sum(absorbed) / max(square_sum(moved), 1e-12)
-        same = float(absorbed @ side.closed) / max(
-            float(np.sqrt(square_sum(absorbed) * square_sum(side.closed))), 1e-12
+        same = float(absorbed @ those.closed) / max(
+            float(np.sqrt(square_sum(absorbed) * square_sum(those.closed))), 1e-12
         )
         if share >= ALIKE and same > 0.0 and same**2 >= ALIKE:
             found[name] = same

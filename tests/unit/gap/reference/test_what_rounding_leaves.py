@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from rig.gap.likelihood.gaussian import Gaussian
 from rig.gap.likelihood.lines import lines_of
 from rig.gap.reference.expectation import Factor
-from rig.gap.settings import UNEVEN
+from rig.gap.settings import UNEVEN_CODES
 
 ROWS, DT_S = 2000, 0.01
 LINES = lines_of([ROWS], [DT_S], [np.ones(ROWS)], 6.0)
@@ -33,7 +33,7 @@ def test_what_rounding_leaves_is_as_large_as_is_said_in_the_lines_that_are_compa
     angle = 12.0 * np.sin(2 * np.pi * hz * TIME_S) + 3.0 * np.sin(2 * np.pi * 0.37 * hz * TIME_S)
     left = LINES.of(rounding(angle, step_deg, at))
     said = factor().rounded_to(step_deg, angle).healthy.variance - 1e-4
-    assert np.sum(said) == pytest.approx(UNEVEN * np.sum(left**2), rel=0.7)
+    assert np.sum(said) == pytest.approx(UNEVEN_CODES * np.sum(left**2), rel=0.7)
 
 
 def test_it_lies_where_the_motion_puts_it() -> None:
@@ -46,5 +46,5 @@ def test_it_lies_where_the_motion_puts_it() -> None:
 
 def test_the_floor_rises_by_what_rounding_leaves() -> None:
     angle = 12.0 * np.sin(2 * np.pi * 0.3 * TIME_S)
-    assert factor().rounded_to(2.0, angle).floor == pytest.approx(np.sqrt(UNEVEN / 12.0) * 2.0, rel=0.1)
+    assert factor().rounded_to(2.0, angle).floor == pytest.approx(np.sqrt(UNEVEN_CODES / 12.0) * 2.0, rel=0.1)
     assert factor().rounded_to(1e-6, angle).floor == pytest.approx(0.01, rel=1e-3)
