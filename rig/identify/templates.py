@@ -99,8 +99,8 @@ def input_gain(records: list[Record], u_unit_mpa: float) -> float:
     return max(gains, key=abs) or _GAIN_DEG
 
 
-def rest_pressure(records: list[Record]) -> float:
-    """P0 (MPa): what the records say of it, else the mean of both muscles' pressures, else the paper's."""
+def template_rest(records: list[Record]) -> float:
+    """P0 (MPa) of a template: what the records say, else the mean of both muscles' pressures, else the paper's."""
     for record in records:
         if record.facts.get("p0_mpa") is not None:
             return float(record.facts["p0_mpa"])

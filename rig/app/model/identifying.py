@@ -11,7 +11,7 @@ from rig.app.shipped import find_config
 from rig.channels import common
 from rig.errors import ConfigError, RecordError
 from rig.fields import bounded
-from rig.gap.records.outliers import told_falls, without_falls
+from rig.gap.records.outliers import fall_notes, without_falls
 from rig.identify.fit import Identified, Settings, identify
 from rig.identify.records.data import Options, best_input, check_length, cut
 from rig.identify.records.rest import at_own_rest, far_from_all
@@ -19,7 +19,7 @@ from rig.identify.records.zero import zero_shown
 from rig.identify.response.mean_law import PROPORTIONAL, mean_law
 from rig.identify.search.stability import SweepRange
 from rig.identify.search.swarm import SwarmSettings
-from rig.identify.templates import Template, input_gain, rest_pressure, template_model
+from rig.identify.templates import Template, input_gain, template_model, template_rest
 from rig.model.parameters import Input, Model, StageKind, load_model
 from rig.record import Record
 
@@ -114,7 +114,7 @@ def _without_falls(records: Sequence[Record]) -> tuple[list[Record], list[str]]:
     pulses; and what was left out, in words."""
     notes: list[str] = []
     whole, dropouts = without_falls(records, notes)
-    return whole, [*told_falls(whole, dropouts), *notes]
+    return whole, [*fall_notes(whole, dropouts), *notes]
 
 
 def start_model(start: StartOptions, records: list[Record], options: Options) -> tuple[Model, list[str]]:
@@ -131,7 +131,7 @@ def start_model(start: StartOptions, records: list[Record], options: Options) ->
         choices.append(why)
     if start.p0_mpa is not None and (doubt := far_from_all(start.p0_mpa, records)):
         choices.append(doubt)
-    p0_mpa = start.p0_mpa if start.p0_mpa is not None else rest_pressure(records)
+    p0_mpa = start.p0_mpa if start.p0_mpa is not None else template_rest(records)
     exponent = start.mean_exponent
     if exponent is None and not pneumatic:
         exponent = 0.0

@@ -17,7 +17,7 @@ from rig.gap.records.settings import FAR_OUT, MOST_OUTLIERS, OUTLIER_ROWS, RETUR
 from rig.number_text import counted
 from rig.record import Column, Record
 
-SPOKEN: Final = {
+IN_WORDS: Final = {
     "angle_deg": ("the angle", "deg"), "p1_mpa": ("the monitor of p1", "MPa"), "p2_mpa": ("the monitor of p2", "MPa")
 }  # fmt: skip
 """Each measured column in words, and its unit."""
@@ -32,11 +32,11 @@ def without_falls(
     return without_outliers(risen, notes, kind), dropouts
 
 
-def told_falls(records: Sequence[Record], dropouts: Sequence[tuple[Dropouts, ...]]) -> list[str]:
-    """What fell in each of the records, in words."""
+def fall_notes(records: Sequence[Record], dropouts: Sequence[tuple[Dropouts, ...]]) -> list[str]:
+    """A note for each column of each record in which samples fell to a rail."""
     return [
-        f"{record.name}: {counted(int(one.fallen.sum()), 'sample')} of {SPOKEN[one.column][0]} fell to a rail, which "
-        f"reads {one.level:.4g} {SPOKEN[one.column][1]}; left out"
+        f"{record.name}: {counted(int(one.fallen.sum()), 'sample')} of {IN_WORDS[one.column][0]} fell to a rail, which "
+        f"reads {one.level:.4g} {IN_WORDS[one.column][1]}; left out"
         for record, mine in zip(records, dropouts, strict=True)
         for one in mine
     ]
@@ -57,7 +57,7 @@ def _cleaned(record: Record, notes: list[str], kind: str) -> Record:
             worst = float(column[rows][np.argmax(np.abs(column[rows] - np.nanmedian(column)))])
             count = int(rows.sum())
             what = "sample stands" if count == 1 else "samples stand"
-            spoken, unit = SPOKEN[name]
+            spoken, unit = IN_WORDS[name]
             notes.append(
                 f"{kind}{record.name}: {count} {what} far from both neighbours in {spoken}, the farthest reads "
                 f"{worst:.4g} {unit}; left out"

@@ -14,7 +14,7 @@ from rig.gap.records.alignment import align
 from rig.gap.records.conditions import difference
 from rig.gap.records.dropouts import Dropouts
 from rig.gap.records.grid import Pair, RunColumns, pair_on_grid
-from rig.gap.records.outliers import SPOKEN, without_falls
+from rig.gap.records.outliers import IN_WORDS, without_falls
 from rig.gap.records.partners import Match, Partner, find_partner, named_session, require_partners
 from rig.gap.records.rest import at_rests, rest_pressure, shifted
 from rig.gap.records.settings import CLIPPED, CLIPPED_OVER_NEXT
@@ -86,53 +86,60 @@ def pair_up(
     baseline the pairs have no sessions.
     """
     notes: list[str] = []
-    heard, stuck = without_stuck_monitors(records)
-    whole, dropouts = without_falls(heard, notes)
-    fallen = _by_record(whole, dropouts)
-    fit = _usable(whole, notes)
-    if not fit:
+    moving, stuck = without_stuck_monitors(records)
+    cleaned, dropouts = without_falls(moving, notes)
+    fallen = _by_record(cleaned, dropouts)
+    able = _usable(cleaned, notes)
+    if not able:
         raise RecordError(reasons(notes))
-    sessions = _sessions(baselines, fit, notes, fallen)
-    _say_repeated(fit[0], sessions, notes)
-    kept, unpaired, matches = _matched(fit, sessions, notes)
-    _check_rows(kept, notes)
+    sessions = _sessions(baselines, able, notes, fallen)
+    notes.extend(_repeated_sweeps(able[0], sessions))
+    kept, unpaired, matches = _matched(able, sessions, notes)
+    notes.extend(_holes(kept))
     case, days = [one.record for one in kept], [other for one in kept for other in one.others]
-    p0 = rest_pressure(case, p0_mpa, bool(sessions))
+    p0 = rest_pressure(case, p0_mpa, beside_days=bool(sessions))
     placed = at_rests(case, [one.others for one in kept], p0_mpa, notes)
     elsewhere = shifted(placed, days, p0_mpa)
     notes.extend(elsewhere)
-    pressed = pressures and _all_have_pressures(case, days, notes)
-    pairs = _on_grids(kept, placed, p0, pressed, fallen, notes)
-    _say_other_input(pairs, notes)
+    pressures_used = pressures and _all_have_pressures(case, days, notes)
+    pairs = _on_grids(kept, placed, p0, pressures_used, fallen, notes)
+    notes.extend(_other_inputs(pairs))
     _check_directions(pairs)
     clipped = tuple(_clipped(pairs))
     notes.extend(clipped)
-    days_beside = len(pairs[0].days)
     return Pairing(
-        pairs, pressed, days_beside, p0, tuple(notes), unpaired, clipped, matches, elsewhere, are_numbered(case),
+        pairs,
+        pressures=pressures_used,
+        day_count=len(pairs[0].days),
+        p0_mpa=p0,
+        notes=tuple(notes),
+        unpaired=unpaired,
+        clipped=clipped,
+        matches=matches,
+        elsewhere=elsewhere,
+        numbered=are_numbered(case),
         stuck=tuple(stuck),
-    )  # fmt: skip
+    )
 
 
 def _matched(
-    fit: Sequence[Record], sessions: Mapping[int, list[Record]], notes: list[str]
+    records: Sequence[Record], sessions: Mapping[int, list[Record]], notes: list[str]
 ) -> tuple[list[_Beside], Sequence[str], list[Match]]:
     """The records with their partners, which records have none, and the whole table of what pairs with what.
     RecordError where sessions pair with nothing."""
-    looked = [[find_partner(record, session, k) for k, session in sessions.items()] for record in fit]
-    matches = [match for each in looked for _, match in each]
+    found = [[find_partner(record, session, k) for k, session in sessions.items()] for record in records]
+    matches = [match for each in found for _, match in each]
     require_partners(matches, len(sessions))
-    _say_lonely(matches, notes)
-    kept, unpaired = _fullest(fit, [[partner for partner, _ in each] for each in looked], matches, notes)
+    notes.extend(_unpaired_sessions(matches))
+    kept, unpaired = _with_all_sessions(records, [[one for one, _ in each] for each in found], matches, notes)
     return kept, unpaired, matches
 
 
-def _check_rows(kept: Sequence[_Beside], notes: list[str]) -> None:
-    """RecordError where an angle is of another scale than its partners'; rows that are missing are noted."""
+def _holes(kept: Sequence[_Beside]) -> Iterator[str]:
+    """A note for each long stretch without rows. RecordError where an angle is of another scale than its partners'."""
     for one in kept:
         check_scale(one.record, one.others)
-        holes = [hole(one.record), *(hole(other, "baseline ") for other in one.others)]
-        notes.extend(text for text in holes if text)
+        yield from filter(None, (hole(one.record), *(hole(other, "baseline ") for other in one.others)))
 
 
 def _on_grids(
@@ -186,14 +193,15 @@ def _sessions(
     notes: list[str],
     fallen: dict[int, tuple[Dropouts, ...]],
 ) -> dict[int, list[Record]]:
-    """The baseline sessions that can be used, by their numbers; RecordError when some were given and none can."""
+    """The baseline sessions that can be used, by their numbers; what fell in their records goes into `fallen`.
+    RecordError when some were given and none can be used."""
     sessions: list[list[Record]] = []
     for session in baselines:
-        heard, stuck = without_stuck_monitors(session)
+        moving, stuck = without_stuck_monitors(session)
         notes.extend(f"{named_session(len(sessions) + 1, session[0])}: {line}" for line in stuck)
-        whole, dropouts = without_falls(heard, notes, "baseline ")
-        fallen |= _by_record(whole, dropouts)
-        sessions.append(_usable(whole, notes, "baseline "))
+        cleaned, dropouts = without_falls(moving, notes, "baseline ")
+        fallen |= _by_record(cleaned, dropouts)
+        sessions.append(_usable(cleaned, notes, "baseline "))
     kept = _distinct(sessions, case, notes)
     if baselines and not kept:
         raise RecordError(f"no baseline session can be used: {reasons(notes)}")
@@ -220,24 +228,25 @@ def _distinct(sessions: list[list[Record]], case: Sequence[Record], notes: list[
     return kept
 
 
-def _say_repeated(record: Record, sessions: Mapping[int, Sequence[Record]], notes: list[str]) -> None:
-    """A sweep that a session holds more than once: two days in one folder would count as one."""
+def _repeated_sweeps(record: Record, sessions: Mapping[int, Sequence[Record]]) -> Iterator[str]:
+    """A note for each session that holds the sweep of this record more than once: two days in one folder would count
+    as one."""
     for number, session in sessions.items():
         same = [other.name for other in session if align(record, other).same and difference(record, other) is None]
         if len(same) > 1:
-            notes.append(
+            yield (
                 f"{named_session(number, session[0])} holds the sweep of {record.name} {len(same)} times "
                 f"({', '.join(same[:3])}): one of each is "
                 "used; if these are several days, give each its own --baseline"
             )
 
 
-def _fullest(
+def _with_all_sessions(
     records: Sequence[Record], found: Sequence[Sequence[Partner | None]], matches: Sequence[Match], notes: list[str]
 ) -> tuple[list[_Beside], list[str]]:
-    """Records that pair with every session that pairs with anything (`found`: of each record, session by session), and
-    the names of the others. Other sessions are dropped, and so are records without a partner. Where no record pairs
-    with all of them, each keeps its first one: together they stand for one earlier day."""
+    """The records that have a partner in every session, and the names of the others, which are left out. `found`: the
+    partners of each record, session by session. Sessions that pair with no record do not count. Where no record has a
+    partner in all of them, each keeps its first partner: together these stand for one earlier day."""
     pairing = [any(partner is not None for partner in session) for session in zip(*found, strict=True)]
     if not any(pairing):
         return [_Beside(record, ()) for record in records], []
@@ -258,17 +267,18 @@ def _fullest(
     return kept, unpaired
 
 
-def _say_lonely(matches: Sequence[Match], notes: list[str]) -> None:
-    """A session that pairs with no record, and how far off it was."""
+def _unpaired_sessions(matches: Sequence[Match]) -> Iterator[str]:
+    """A note for each session that pairs with no record, with how far off it was."""
     for number in sorted({match.session for match in matches}):
         mine = [match for match in matches if match.session == number]
         if not any(match.partner for match in mine):
             nearest = min(mine, key=lambda match: np.inf if match.off is None else match.off)
-            notes.append(f"baseline session {number} pairs with no record; nearest: {nearest.record}: {nearest.why}")
+            yield f"baseline session {number} pairs with no record; nearest: {nearest.record}: {nearest.why}"
 
 
 def _all_have_pressures(records: Sequence[Record], days: Sequence[Record], notes: list[str]) -> bool:
-    """Pressures count only when case and baselines have both; a monitor that sees nothing is no monitor."""
+    """Whether the pressures can be used: case and baselines have both, and every monitor measures something. A note
+    says why not, unless nobody measured any."""
     silent = next((f"{record.name}: {said}" for record in records if (said := broken_monitor(record))), None)
     if silent and all(record.has_pressures for record in records):
         notes.append(f"{silent}; broken wire? the angle alone is used")
@@ -291,24 +301,21 @@ def _all_have_pressures(records: Sequence[Record], days: Sequence[Record], notes
     return False
 
 
-def _say_other_input(pairs: Sequence[Pair], notes: list[str]) -> None:
-    """The records whose baselines were taken at another input than their own, in one line: a jittered clock does that
+def _other_inputs(pairs: Sequence[Pair]) -> list[str]:
+    """One note on all records whose baselines were taken at another input than their own: a jittered clock does that
     to every one."""
     names = [pair.name for pair in pairs if pair.other_input]
     if len(names) == 1:
-        notes.append(f"{names[0]}: its input is not exactly the baselines'; they are taken at its own")
-    elif names:
-        notes.append(
-            f"{len(names)} of {counted(len(pairs), 'record')}: their input is not exactly the baselines'; those are "
-            "taken at it"
-        )
+        return [f"{names[0]}: its input is not exactly the baselines'; they are taken at its own"]
+    of_all = f"{len(names)} of {counted(len(pairs), 'record')}"
+    return [f"{of_all}: their input is not exactly the baselines'; those are taken at it"] if names else []
 
 
 def _clipped(pairs: Sequence[Pair]) -> Iterator[str]:
     """A note for each sensor that repeats its end value while the command moves on, and did not so on the earlier days:
     a joint that rests at an end of its sweep rested there then as well."""
     for pair in pairs:
-        for name, (what, unit) in SPOKEN.items():
+        for name, (what, unit) in IN_WORDS.items():
             for word, stay in _stays(pair.raw, name).items():
                 days = [_stays(day, name, stay.step) for day in pair.raw_days]
                 before = min((day[word].share if word in day else 0.0 for day in days), default=0.0)

@@ -10,15 +10,15 @@ from rig.identify.records.rest import SHIFTED_MPA, measured_rest, rest_note, tak
 from rig.record import Record
 
 
-def rest_pressure(records: Sequence[Record], p0_mpa: float, days: bool) -> float:
-    """P0 of the records: from the set-points, or the facts; else, where earlier `days` stand for the rig, the middle of
-    the measured pressures, and the model's where it does: gains of both regulators, or both pressures that are off,
-    would pass for another P0."""
+def rest_pressure(records: Sequence[Record], p0_mpa: float, *, beside_days: bool) -> float:
+    """P0 (MPa) of the records: from their set-points or facts. Where they do not say it, the middle of the measured
+    pressures if they are compared with earlier days, else `p0_mpa`, the model's: beside a model a fault that shifts
+    both pressures would pass for another P0."""
     means = [rest for record in records if (rest := commanded_rest(record)) is not None]
     if means:
         return float(np.median(means))
     measured = measured_rests(records)
-    return max(float(np.round(np.median(measured), 2)), LEAST_REST_MPA) if measured and days else p0_mpa
+    return max(float(np.round(np.median(measured), 2)), LEAST_REST_MPA) if measured and beside_days else p0_mpa
 
 
 def at_rests(

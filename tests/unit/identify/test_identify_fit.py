@@ -17,7 +17,7 @@ from rig.identify.search.space import Space
 from rig.identify.search.stability import StabilityTerm, SweepRange, check_bounded, dense_signals
 from rig.identify.search.swarm import SwarmSettings
 from rig.identify.search.uncertainty import independent_samples
-from rig.identify.templates import Template, input_gain, rest_pressure, template_model
+from rig.identify.templates import Template, input_gain, template_model, template_rest
 from rig.identify.validate import excited_hz, score, validate
 from rig.model.parameters import AddedEffect, Input, Model, Parameter, load_model
 from rig.model.simulation import simulate
@@ -255,9 +255,9 @@ def test_residuals_that_follow_each_other_count_for_fewer() -> None:
 
 
 def test_p0_comes_from_the_records() -> None:
-    assert rest_pressure([measured()]) == 0.2
+    assert template_rest([measured()]) == 0.2
     bare = replace(measured(), facts={})
-    assert rest_pressure([bare]) == pytest.approx(0.2, abs=0.01)
+    assert template_rest([bare]) == pytest.approx(0.2, abs=0.01)
 
 
 def test_a_model_without_free_parameters_cannot_be_identified() -> None:
