@@ -51,13 +51,13 @@ def loop_process(setup: LoopSetup, pipe: Connection) -> None:
     for number in (signal.SIGTERM, signal.SIGHUP):
         signal.signal(number, ending)
     try:
-        _live(setup, pipe, ending)
+        _open_and_tick(setup, pipe, ending)
     except NotWanted as end:
         signal.signal(end.number, signal.SIG_DFL)
         signal.raise_signal(end.number)  # for whoever asks how it ended
 
 
-def _live(setup: LoopSetup, pipe: Connection, ending: "LoopEnding") -> None:
+def _open_and_tick(setup: LoopSetup, pipe: Connection, ending: "LoopEnding") -> None:
     try:
         loop, facts = _prepare(setup, ending)
     except RigError as error:
@@ -68,7 +68,7 @@ def _live(setup: LoopSetup, pipe: Connection, ending: "LoopEnding") -> None:
         sys.exit(1)
     tell_commander(pipe, "ready", facts)
     try:
-        _tick_when_told(loop, pipe)
+        _tick_on_go(loop, pipe)
     finally:  # it has left: a signal that comes while the interpreter ends is not to look like what ended it
         for number in (signal.SIGTERM, signal.SIGHUP):
             signal.signal(number, signal.SIG_IGN)
@@ -114,7 +114,7 @@ class LoopEnding:
         return facts
 
 
-def _tick_when_told(loop: Loop, pipe: Connection) -> None:
+def _tick_on_go(loop: Loop, pipe: Connection) -> None:
     try:
         if _word(pipe) == "go":
             loop.run()

@@ -38,7 +38,7 @@ _SILENT = (State.DISARMED, State.FAULT)
 _FAILED = READ_ERROR | WRITE_ERROR
 _NO_MEASUREMENT = Measurement(flags=sum(ABSENT_BY_ROLE.values()) | READ_ERROR)
 
-LOOKS = 3
+READ_BACKS = 3
 """Ticks in which the safe state is read back from the device, as long as it does not answer."""
 
 
@@ -63,12 +63,12 @@ class Loop:
         self._device, self._clock, self.ring, self._commands = device, clock, ring, commands
         self._settings, self._limits, self._period_ns = settings, settings.limits, settings.period_ns
         self.state = State.DISARMED
-        self.fault = self._due = Fault.NONE
+        self.fault = self._fault_due = Fault.NONE
         self._terminated = Fault.NONE
         self._quit = self._device_gone = False
-        self._safe_owed, self._safe_comes = True, False
+        self._safe_pending, self._safe_under_way = True, False
         self._abilities = abilities_of(device)
-        self._looks_owed = 0
+        self._read_backs_left = 0
         self._seen_safe = False
         """The device has told that the safe state, which was written last, stands at its outputs."""
         self._forgive()
@@ -98,7 +98,7 @@ class Loop:
         Returns the fault that ended it, NONE when all was well.
         """
         try:
-            self._turn()
+            self._tick_until_quit()
         except BaseException:
             self._latch(Fault.LOOP_ERROR)
             raise
@@ -111,7 +111,7 @@ class Loop:
                     self._publish(self._clock.now_ns(), gone, _NO_PHASE, 0.0, gone.flags, self._run)
         return self.fault
 
-    def _turn(self) -> None:
+    def _tick_until_quit(self) -> None:
         clock, period_ns = self._clock, self._period_ns
         due_ns = clock.now_ns() + period_ns
         tick = missed = 0
@@ -143,20 +143,20 @@ class Loop:
         now = self._read()
         read_ns = self._clock.now_ns()
         flags, fault = self._guard.check(now, now.angle_deg - self._zero.deg, self.state in _COMMANDING)
-        self._due = self._own_faults(tick, missed, read_ns - due_ns) or fault
-        if self._due:
-            self._latch(self._due)
-        self._obey(tick, now, flags)
+        self._fault_due = self._own_faults(tick, missed, read_ns - due_ns) or fault
+        if self._fault_due:
+            self._latch(self._fault_due)
+        self._carry_out_request(tick, now, flags)
         run = self._run
-        phase, p1_cmd_mpa, p2_cmd_mpa = self._next(tick, now, flags)
+        phase, p1_cmd_mpa, p2_cmd_mpa = self._next_set_points(tick, now, flags)
         flags |= self._write(p1_cmd_mpa, p2_cmd_mpa, missed + 1)
         failed = self._device_gone or flags & _FAILED  # then the way to the safe state may be long: the cause first
-        if owed := self._safe_owed and self.state in _SILENT:
+        if pending := self._safe_pending and self.state in _SILENT:
             self.ring.beat()  # what a silent device took of this tick is no part of what the safe state may take
-        if owed and not failed:
+        if pending and not failed:
             flags |= self._write_safe()
         self._publish(read_ns, now, phase, p1_cmd_mpa - p2_cmd_mpa, flags, run)
-        if owed and failed:
+        if pending and failed:
             self._write_safe()
         if self._program and self.state is _FAULT:
             self._program = None  # the tick of the fault is the last of its record
@@ -194,16 +194,16 @@ class Loop:
     def _count_error(self, error: DeviceError) -> None:
         """A permanent error faults at once, a transient one goes into the leaky bucket. Its words are kept for the
         records."""
-        self.ring.tell(str(error))
+        self.ring.put_device_message(str(error))
         if isinstance(error, DeviceLost):
             self._device_gone = True
             stalled = self._grid[-1] >= self._limits.stall_periods  # whoever serves its wire stood still as well
             self._latch(Fault.LONG_STALL if stalled else Fault.DEVICE_LOST)
             if not self._seen_safe:  # what was written last may never have reached the valves
-                self._safe_owed = True
+                self._safe_pending = True
                 self.ring.not_safe()
-            elif not self._safe_owed and not self._still_holds():
-                self._owe_again()
+            elif not self._safe_pending and not self._still_holds_safe():
+                self._doubt_safe()
         elif self._errors.level < self._limits.bucket and self._errors.add(failed=True):  # when it gets full
             self._latch(Fault.DEVICE_ERRORS)
 
@@ -219,13 +219,13 @@ class Loop:
         return self._misses.add(tick, missed, late_ns) if missed or late_ns > self._period_ns else _NO_FAULT
 
     def _latch(self, fault: Fault) -> None:
-        """The first is kept. The safe state is owed now, and again where a device's own watchdog may have left it."""
+        """The first fault is kept. The safe state is to be written now, and again where a watchdog may have left it."""
         if self.state is not _FAULT:
-            self.state, self.fault, self._safe_owed = after(self.state, Event.FAULT), fault, True
+            self.state, self.fault, self._safe_pending = after(self.state, Event.FAULT), fault, True
         elif fault in (Fault.LONG_STALL, Fault.DEVICE_ERRORS):
-            self._owe_again()
+            self._doubt_safe()
 
-    def _obey(self, tick: int, now: Measurement, flags: int) -> None:
+    def _carry_out_request(self, tick: int, now: Measurement, flags: int) -> None:
         try:
             request, program = self._commands.next(self.state, self._resting)
             if not request:
@@ -250,12 +250,12 @@ class Loop:
             self._zero = RestAngle()
         elif request is Request.DISARM:
             self.state = after(self.state, Event.DISARM)
-            self._safe_owed = True
+            self._safe_pending = True
         elif request is Request.RESET:
             state = after(self.state, Event.RESET)
             if self._device_gone:
                 return Answer.GONE
-            if self._safe_owed or self._due or flags & (SUSPECT | BROKEN_WIRE | READ_ERROR):
+            if self._safe_pending or self._fault_due or flags & (SUSPECT | BROKEN_WIRE | READ_ERROR):
                 return Answer.NOT_READY
             self.state, self.fault = state, Fault.NONE
             self._forgive()
@@ -280,7 +280,7 @@ class Loop:
         self._resting = False
         return True
 
-    def _next(self, tick: int, now: Measurement, flags: int) -> tuple[Phase, float, float]:
+    def _next_set_points(self, tick: int, now: Measurement, flags: int) -> tuple[Phase, float, float]:
         """Phase and wanted set-points of this tick."""
         self._reference_deg = NAN
         if self.state is _RUNNING and self._program is not None:
@@ -325,8 +325,8 @@ class Loop:
     def _write(self, p1_cmd_mpa: float, p2_cmd_mpa: float, periods: int) -> int:
         """Write what the state allows, but for the safe state; returns flags."""
         if self.state in _SILENT:
-            if self._looks_owed:
-                self._look()
+            if self._read_backs_left:
+                self._read_back()
             return 0
         p1_cmd_mpa, p2_cmd_mpa, flags = self._guard.command(p1_cmd_mpa, p2_cmd_mpa, periods)
         self._command = p1_cmd_mpa, p2_cmd_mpa
@@ -341,49 +341,49 @@ class Loop:
         self._resting = True
         try:
             self._device.safe()
-        except DeviceError as error:  # still owed: tried again next tick
-            self._safe_comes = isinstance(error, DevicePending)
-            self.ring.safe_coming(self._safe_comes)
+        except DeviceError as error:  # tried again next tick
+            self._safe_under_way = isinstance(error, DevicePending)
+            self.ring.safe_coming(self._safe_under_way)
             if self._seen_safe:
-                self._owe_again()
-            return 0 if self._safe_comes else WRITE_ERROR
-        self._safe_owed = self._safe_comes = False
+                self._doubt_safe()
+            return 0 if self._safe_under_way else WRITE_ERROR
+        self._safe_pending = self._safe_under_way = False
         self._command = self._settings.safe_p1_mpa, self._settings.safe_p2_mpa
         self.ring.made_safe()
         self._seen_safe = False
-        self._looks_owed = LOOKS
-        self._look()
+        self._read_backs_left = READ_BACKS
+        self._read_back()
         return 0
 
-    def _look(self) -> None:
-        """Read the safe state back where the device can; it is owed again when something else stands there."""
-        self._looks_owed -= 1
+    def _read_back(self) -> None:
+        """Read the safe state back where the device can; it is written again when something else stands there."""
+        self._read_backs_left -= 1
         try:
             held = self._abilities.holds_safe()
         except DeviceError:
             return  # asked again next tick
-        self._looks_owed = 0
+        self._read_backs_left = 0
         self._seen_safe = bool(held)
         if held:
             self.ring.saw_safe()
         elif held is False:
-            self._safe_owed = True
+            self._safe_pending = True
             self.ring.not_safe()
 
-    def _owe_again(self) -> None:
-        """What was seen at the device may not stand there any more: it may have a watchdog of its own."""
-        self._safe_owed, self._seen_safe = True, False
+    def _doubt_safe(self) -> None:
+        """The device may have left the safe state that it took, by a watchdog of its own: it is written again."""
+        self._safe_pending, self._seen_safe = True, False
         self.ring.doubt_safe()
 
-    def _still_holds(self) -> bool:
-        """Whether a device that is lost tells of the safe state all the same."""
+    def _still_holds_safe(self) -> bool:
+        """Whether a device that is lost still says that the safe state stands at its outputs."""
         with contextlib.suppress(DeviceError):
             return self._abilities.holds_safe() is True
         return False
 
     def leave(self) -> None:
         """Safe state, then let go; an unreachable device is left to its own watchdog and to the supervisor."""
-        self._safe_owed = True
+        self._safe_pending = True
         try:
             leave_safe(self._try_once_more, self.ring.beat, self._clock, self._period_ns)
         finally:
@@ -392,4 +392,4 @@ class Loop:
     def _try_once_more(self) -> bool | None:
         """Whether the device has taken the safe state; None: it is on its way."""
         self._write_safe()
-        return None if self._safe_owed and self._safe_comes else not self._safe_owed
+        return None if self._safe_pending and self._safe_under_way else not self._safe_pending

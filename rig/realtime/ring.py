@@ -23,7 +23,7 @@ _READS: Final = 3
 """Looks at what another process writes meanwhile; one is enough unless the write is met in its middle."""
 _SLOT: Final = 8 + (SAMPLE_BYTES + 7) // 8 * 8  # sequence number, then the packed sample
 _WORDS: Final = 9
-_HEAD, _HEARTBEAT, _RECORDER, _CAPACITY, _TELLINGS, _SAFE, _SAFE_SEEN, _SAFE_COMING, _SAFE_DOUBTED = range(
+_HEAD, _HEARTBEAT, _RECORDER, _CAPACITY, _MESSAGE_SEQUENCE, _SAFE, _SAFE_SEEN, _SAFE_COMING, _SAFE_DOUBTED = range(
     HEADER_WORDS, HEADER_WORDS + _WORDS
 )
 _TEXT: Final = (HEADER_WORDS + _WORDS) * 8
@@ -117,12 +117,12 @@ class Ring:
         self._words[_RECORDER] = cursor
 
     @property
-    def told(self) -> str:
+    def device_message(self) -> str:
         """What the device last complained of, in the driver's words; empty when it never did."""
         for _ in range(_READS):  # odd: it is being written
-            tellings = self._words[_TELLINGS]
+            sequence = self._words[_MESSAGE_SEQUENCE]
             text = bytes(self.block.bytes[_TEXT : _TEXT + _TEXT_BYTES])
-            if tellings % 2 == 0 and tellings == self._words[_TELLINGS]:
+            if sequence % 2 == 0 and sequence == self._words[_MESSAGE_SEQUENCE]:
                 return text.partition(b"\0")[0].decode("utf-8", "ignore")
         return ""
 
@@ -196,12 +196,12 @@ class RingWriter:
         """The device says that the safe state stands at its outputs."""
         self._words[_SAFE_SEEN] = time.monotonic_ns()
 
-    def tell(self, text: str) -> None:
-        """Leave the device's words for whoever asks why; the newest replace the last."""
+    def put_device_message(self, text: str) -> None:
+        """Leave the device's words for whoever asks why; the newest replace the last. The sequence is odd meanwhile."""
         packed = text.encode("utf-8")[: _TEXT_BYTES - 1]
-        self._words[_TELLINGS] += 1
+        self._words[_MESSAGE_SEQUENCE] += 1
         self._bytes[_TEXT : _TEXT + len(packed) + 1] = packed + b"\0"
-        self._words[_TELLINGS] += 1
+        self._words[_MESSAGE_SEQUENCE] += 1
 
     def put(self, sample: Sample) -> None:
         """Publish one sample. Its slot reads as empty while it is being written."""

@@ -155,7 +155,7 @@ class SafeBlock:
     """A slot for each writer in shared memory: its heartbeat and its report. A writer touches its own slot only."""
 
     _SLOT: Final = 8
-    _BEAT, _VERDICT, _OUTCOME, _SEEN, _LAST_BEAT, _WRITTEN, _CONFIRMED, _TELLINGS = range(8)
+    _BEAT, _VERDICT, _OUTCOME, _SEEN, _LAST_BEAT, _WRITTEN, _CONFIRMED, _SEQUENCE = range(8)
     _RELEASED = HEADER_WORDS + len(Writer) * _SLOT
 
     def __init__(self, block: SharedBlock) -> None:
@@ -190,25 +190,25 @@ class SafeBlock:
         self._words[self._RELEASED] = 1
 
     def report(self, writer: Writer) -> SafeReport:
-        """What that writer told last."""
+        """What that writer published last."""
         at = self._at(writer)
-        for _ in range(_READS):  # odd: it is being told
-            tellings = self._words[at + self._TELLINGS]
+        for _ in range(_READS):  # odd: it is being written
+            sequence = self._words[at + self._SEQUENCE]
             verdict, outcome, *times = (self._words[at + self._VERDICT + i] for i in range(6))
-            if tellings % 2 == 0 and tellings == self._words[at + self._TELLINGS]:
+            if sequence % 2 == 0 and sequence == self._words[at + self._SEQUENCE]:
                 return SafeReport(writer, LoopVerdict(verdict), Outcome(outcome), *times)
         return SafeReport(writer)
 
     def tell(self, report: SafeReport) -> None:
         """Publish."""
         at, words = self._at(report.writer), self._words
-        words[at + self._TELLINGS] += 1
-        told = (
+        words[at + self._SEQUENCE] += 1
+        published = (
             report.verdict, report.outcome, report.seen_ns, report.last_beat_ns, report.written_ns, report.confirmed_ns,
         )  # fmt: skip
-        for i, word in enumerate(told):
+        for i, word in enumerate(published):
             words[at + self._VERDICT + i] = int(word)
-        words[at + self._TELLINGS] += 1
+        words[at + self._SEQUENCE] += 1
 
     @property
     def loop_fault(self) -> Fault:

@@ -139,7 +139,7 @@ class ListRing:
     def __init__(self) -> None:
         self.samples: list[Sample] = []
         self.beats = 0
-        self.told: list[str] = []
+        self.device_messages: list[str] = []
         self.safe: list[str] = []
         self.now_ns: Callable[[], int] = int
         self.beaten_ns = self.ahead_ns = 0
@@ -164,8 +164,8 @@ class ListRing:
         self.beats += 1
         self.beaten_ns, self.ahead_ns = self.now_ns(), ahead_ns
 
-    def tell(self, text: str) -> None:
-        self.told.append(text)
+    def put_device_message(self, text: str) -> None:
+        self.device_messages.append(text)
 
     def put(self, sample: Sample) -> None:
         self.samples.append(sample)

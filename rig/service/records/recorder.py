@@ -301,7 +301,7 @@ def _news(before: Sample | None, now: Sample, ring: Ring) -> list[tuple[str, str
         )
     appeared = now.flags & ~(before.flags if before else 0)
     if appeared:
-        why = f": {ring.told}" if appeared & _ERRORS else ""
+        why = f": {ring.device_message}" if appeared & _ERRORS else ""
         lines += [
             ("warning", f"{flag.name} at tick {now.tick}{why if flag & _ERRORS else ''}")
             for flag in _WORTH_A_LINE

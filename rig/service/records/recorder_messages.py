@@ -85,4 +85,4 @@ class RunResult:
 
 def message_of(fault: int, ring: Ring) -> str:
     """The driver's words, for a fault that is the device's."""
-    return ring.told if fault in _OF_THE_DEVICE else ""
+    return ring.device_message if fault in _OF_THE_DEVICE else ""

@@ -82,7 +82,7 @@ def is_final(report: SafeReport) -> bool:
     return report.outcome > Outcome.WRITTEN or (report.safe and time.monotonic_ns() - report.written_ns > CONFIRMING_NS)
 
 
-def told_by_loop(ring: Ring, seen_ns: int = 0) -> SafeReport:
+def reported_by_loop(ring: Ring, seen_ns: int = 0) -> SafeReport:
     """What a loop says of the safe state that is there, or has left in good order; without a writer while it commands.
     `seen_ns`: when somebody else read it back for the loop."""
     if not ring.safe_ns:
@@ -207,7 +207,7 @@ class ProcessWatch:
     @property
     def safe(self) -> SafeReport:
         """What is known of the safe state now; without a writer while the loop commands."""
-        return told_by_loop(self._ring, self._seen_ns) if self._by_loop else self._watchers.block.best()
+        return reported_by_loop(self._ring, self._seen_ns) if self._by_loop else self._watchers.block.best()
 
     @property
     def _by_loop(self) -> bool:

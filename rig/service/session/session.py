@@ -26,7 +26,7 @@ from rig.service.processes import continue_process, start_process
 from rig.service.records.recorder_messages import RunResult
 from rig.service.session.heir import Heir
 from rig.service.session.process_setups import LoopSetup
-from rig.service.session.process_watch import PathMaker, ProcessWatch, told_by_loop
+from rig.service.session.process_watch import PathMaker, ProcessWatch, reported_by_loop
 from rig.service.session.recording import SessionRecording
 from rig.service.session.session_end import SessionEnd
 from rig.service.session.watchers import WatcherEntry, Watchers, await_ready
@@ -232,7 +232,7 @@ class Session:
         """What became of the rig of a loop that has ended."""
         ticked, watch = self.ring.heartbeat_ns != 0, self.watch
         if watch is None:  # it was given up while it opened; a loop that had the device has left safe all the same
-            return SessionEnd(ticked, told_by_loop(self.ring))
+            return SessionEnd(ticked, reported_by_loop(self.ring))
         if not ticked:
             return SessionEnd(ticked)
         report = watch.settle(SETTLE_S)

@@ -36,7 +36,7 @@ def full_ring(name: str) -> SharedBlock:
     ring = Ring.create(name, SESSION, 2, owner="somebody")
     writer = RingWriter(ring)
     writer.put(Sample._make(range(1, len(Sample._fields) + 1)))
-    writer.tell("no answer")
+    writer.put_device_message("no answer")
     writer.beat()
     writer.made_safe()
     writer.doubt_safe()

@@ -139,11 +139,11 @@ def test_the_pace_gives_up_on_a_recorder_that_is_dead(ring: Ring) -> None:
 
 def test_the_device_s_words_reach_every_reader(ring: Ring) -> None:
     writer, there = RingWriter(ring), Ring.attach(ring.block.path, 5)
-    assert there.told == ""
+    assert there.device_message == ""
     writer.put(sample(0))
-    writer.tell("valve_1: no reply within 30 ms")
-    writer.tell("bus: 0 \N{DEGREE SIGN}C")
-    assert there.told == "bus: 0 \N{DEGREE SIGN}C", "the newest replace the last"
-    writer.tell("ß" * 1000)
-    assert set(there.told) == {"ß"}
+    writer.put_device_message("valve_1: no reply within 30 ms")
+    writer.put_device_message("bus: 0 \N{DEGREE SIGN}C")
+    assert there.device_message == "bus: 0 \N{DEGREE SIGN}C", "the newest replace the last"
+    writer.put_device_message("ß" * 1000)
+    assert set(there.device_message) == {"ß"}
     assert ring.slot(0) is not None, "no sample was overwritten"

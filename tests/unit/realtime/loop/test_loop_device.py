@@ -61,7 +61,7 @@ def test_a_lost_device_faults_at_once(where: str) -> None:
     assert loop.fault is Fault.DEVICE_LOST
     faulted = [s for s in samples if s.fault]
     assert "safe" in device.outputs, "tried although the device said it was lost"
-    assert "scripted: gone" in loop.ring.told, "in the driver's words"
+    assert "scripted: gone" in loop.ring.device_messages, "in the driver's words"
     assert all(s.state == State.FAULT for s in faulted)
 
 
