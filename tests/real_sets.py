@@ -28,7 +28,7 @@ from rig.app.model.identifying import SearchOptions, StartOptions, identify_mode
 from rig.channels import Channel, Channels
 from rig.errors import RecordError, RigError
 from rig.gap.diagnosis import diagnose
-from rig.identify.records.data import Options
+from rig.identify.records.data import RecordOptions
 from rig.log.foreign.mapping import ColumnSource, Mapping
 from rig.log.reader import record_from_columns, stem
 from rig.model.parameters import Model
@@ -127,7 +127,7 @@ def simulator(records: Sequence[Record]) -> Model:
     start = StartOptions(None, "mbw", "auto", "rigid", None, None, 0.2, False, None)
     search = SearchOptions("pso", 1, 1, 40, 120, None, True, True)
     return identify_model(
-        list(records), start, search, sweep_range(0.2, 0.8, None, records), Options(resample=False), None
+        list(records), start, search, sweep_range(0.2, 0.8, None, records), RecordOptions(resample=False), None
     ).model
 
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from rig.excite.signals import Signal
 from rig.identify.provenance import provenance
-from rig.identify.records.data import Options, Prepared, commands_known, doubts, prepare
+from rig.identify.records.data import Prepared, RecordOptions, commands_known, doubts, prepare
 from rig.identify.response.fingerprint import make_fingerprint
 from rig.identify.response.mean_law import hold, is_free
 from rig.identify.response.valves import ValveFit, identify_valves
@@ -37,8 +37,8 @@ too."""
 _POLISH_ROUNDS = 100
 _POLISH_ROWS = 4000
 """About how many rows a polish looks at: neighbours 5 ms apart say the same of a joint that takes 0.1 s to move."""
-_AGAIN = 12_000
-"""Evaluations of the search after excitations were added."""
+_AGAIN_EVALUATIONS = 12_000
+"""Evaluations of the search after excitations were added: a fifth of the first one's. More: slower."""
 _MOST_FAILING = 8
 """Of the excitations that failed, those that are added in one round: each costs the search a simulation for every
 point."""
@@ -103,7 +103,7 @@ def identify(
     records: Sequence[Record],
     start: Model,
     settings: Settings,
-    options: Options | None = None,
+    options: RecordOptions | None = None,
     report: Report | None = None,
 ) -> Identified:
     """Fit the free parameters of `start` to `records`.
@@ -115,12 +115,12 @@ def identify(
     valves = _valves([each.grid for each in data], start)
     if valves is not None:
         start = _with_regulators(start, valves)
-    done = _search(_Task(data, hold(start, data), settings, report), start)
+    done = _search_and_polish(_Task(data, hold(start, data), settings, report), start)
     objective = done.task.objective(None)
     uncertainty = local_uncertainty(objective, done.task.space, done.point)
     rmse = float(objective.scores(done.point[np.newaxis])[0])
     verdict = done.task.verdict(done.point)
-    model, scores = _described(done, uncertainty, rmse, verdict, data, settings, start)
+    model, scores = _model_and_scores(done, uncertainty, rmse, verdict, data, settings, start)
     best = min(done.found.values(), key=lambda each: each.score)
     return Identified(
         model,
@@ -158,7 +158,7 @@ class _Searched:
     evaluations: int
 
 
-def _search(task: "_Task", start: Model) -> _Searched:
+def _search_and_polish(task: "_Task", start: Model) -> _Searched:
     """Every seed's search, the best of them polished; once more with all that is free, where something was held."""
     found, unbounded = task.search_all()
     point, spent = task.refine(list(found.values()))
@@ -172,7 +172,7 @@ def _search(task: "_Task", start: Model) -> _Searched:
     return _Searched(task, point, found, free_rmse, evaluations)
 
 
-def _described(
+def _model_and_scores(
     done: _Searched,
     uncertainty: Uncertainty,
     rmse: float,
@@ -242,7 +242,7 @@ class _Task:
         many at once as there are cores."""
         seeds, bounded = self._settings.seeds, self._settings.bounded
         asked = [(seed, bounded) for seed in seeds] + ([(seeds[0], False)] if bounded else [])
-        found = self._at_once(lambda each: self._search(*each), asked)
+        found = self._at_once(lambda each: self._search_from(*each), asked)
         return dict(zip(seeds, found, strict=False)), found[-1] if bounded else None
 
     def refine(self, found: Sequence[Found]) -> tuple[Table, int]:
@@ -259,14 +259,14 @@ class _Task:
             if not failing:
                 break
             self._failing += [signal for signal in failing if signal not in self._failing][:_MOST_FAILING]
-            again = self._again()
+            again = self._search_again()
             point, more = self._best_polished([point, again.point], bounded)
             spent += more + again.evaluations
         return point, spent
 
     def without_bound(self, found: Found, bounded_best: Table) -> tuple[float, int]:
-        """RMSE that is reached when the model need not stay bounded, and what it cost: where a search ended that did
-        not look at that, and the best so far, polished."""
+        """RMSE (deg) that is reached when the model need not stay bounded, and the evaluations that took. Polished are
+        the point where the search without that bound ended (`found`) and the best bounded one."""
         point, spent = self._best_polished([found.point, bounded_best], False)
         return float(self.objective(None).scores(point[np.newaxis])[0]), spent + found.evaluations
 
@@ -290,13 +290,13 @@ class _Task:
     def verdict(self, point: Table) -> StabilityVerdict:
         return check_bounded(self.space.model(point), self._settings.sweep, self._limit)
 
-    def _again(self) -> Found:
-        """A short search with the excitations that were added; the swarm has found the region, CMA-ES is the better one
-        to leave it."""
+    def _search_again(self) -> Found:
+        """A short search with the excitations that were added: by CMA-ES, which leaves the region that the swarm has
+        found more easily than the swarm does."""
         made = make_optimizer("cma-es", len(self.space), self._settings.seeds[0], self._settings.swarm)
-        return self._run("once more", made, True, _AGAIN)
+        return self._run("once more", made, True, _AGAIN_EVALUATIONS)
 
-    def _search(self, seed: int, bounded: bool) -> Found:
+    def _search_from(self, seed: int, bounded: bool) -> Found:
         name = self._settings.optimizer
         made = make_optimizer(name, len(self.space), seed, self._settings.swarm)
         swarm = self._settings.swarm
@@ -323,14 +323,14 @@ class _Task:
                 raise
 
     def _run(self, title: str, made: Optimizer, bounded: bool, evaluations: int, thin: int = 1) -> Found:
-        def told(done: int, best: float) -> None:
+        def report(done: int, best: float) -> None:
             if self._given_up:
                 raise InterruptedError("the search was given up")
             if self._report is not None:
                 self._report(title, done / evaluations, best)
 
         objective = self.objective(self._term(bounded), thin)
-        return search(objective, made, Budget(evaluations, self._settings.patience), told)
+        return search(objective, made, Budget(evaluations, self._settings.patience), report)
 
     def _term(self, bounded: bool) -> StabilityTerm | None:
         if not bounded or self._start.muscle.kind == StageKind.BW_CONTINUOUS:

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from rig.columns import rms
-from rig.identify.records.data import Options, Prepared, doubts, prepare
+from rig.identify.records.data import Prepared, RecordOptions, doubts, prepare
 from rig.identify.records.rest import at_own_rest
 from rig.identify.search.objective import predict
 from rig.identify.search.stability import StabilityVerdict, SweepRange, check_bounded
@@ -67,7 +67,9 @@ def score(name: str, measured: Column, simulated: Column, skip: int = 0) -> Scor
     return Score(name, rmse, rmse / spread if spread > 0 else float("nan"), fit, float(np.max(np.abs(error))), diverged)
 
 
-def validate(model: Model, records: Sequence[Record], sweep: SweepRange, options: Options | None = None) -> Validation:
+def validate(
+    model: Model, records: Sequence[Record], sweep: SweepRange, options: RecordOptions | None = None
+) -> Validation:
     """Score `model` on each record, driven as it was identified, and check it over the sweep range."""
     records, rests = at_own_rest(records)
     prepared = [prepare(record, model, options) for record in records]

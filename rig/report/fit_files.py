@@ -8,7 +8,7 @@ import numpy as np
 
 from rig.channels import PNEUMATIC, Channels
 from rig.identify.fit import Identified
-from rig.identify.records.data import Options, prepare
+from rig.identify.records.data import RecordOptions, prepare
 from rig.identify.search.objective import predict
 from rig.identify.validate import Score, Validation
 from rig.model.parameters import Input, Model
@@ -21,7 +21,7 @@ from rig.report.log_figures import save
 from rig.report.shown_text import in_one_line
 
 
-def write_fit_figures(found: Identified, records: Sequence[Record], options: Options, folder: Path) -> None:
+def write_fit_figures(found: Identified, records: Sequence[Record], options: RecordOptions, folder: Path) -> None:
     """Figs. 4 to 6 of each identification record as it was fitted, the convergence, and the scores as a table."""
     histories = {f"seed {seed}": each.history for seed, each in found.seeds.items()}
     channels = found.model.own_channels
@@ -31,7 +31,7 @@ def write_fit_figures(found: Identified, records: Sequence[Record], options: Opt
 
 
 def write_validation(
-    models: Mapping[str, Model], records: Sequence[Record], result: Validation, options: Options, folder: Path
+    models: Mapping[str, Model], records: Sequence[Record], result: Validation, options: RecordOptions, folder: Path
 ) -> None:
     """Figs. 4 to 6 of each record with every model, and Table IV of the first."""
     _write_comparisons(models, records, options, folder)
@@ -52,7 +52,9 @@ def write_scores(scores: Sequence[Score], folder: Path, channels: Channels = PNE
         csv.writer(file).writerows([head, *rows])
 
 
-def _write_comparisons(models: Mapping[str, Model], records: Sequence[Record], options: Options, folder: Path) -> None:
+def _write_comparisons(
+    models: Mapping[str, Model], records: Sequence[Record], options: RecordOptions, folder: Path
+) -> None:
     targets = targets_in(folder, (record.name for record in records), ".png")
     for record, target in zip(records, targets, strict=True):
         data = {name: prepare(record, model, options) for name, model in models.items()}

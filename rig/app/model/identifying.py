@@ -1,7 +1,7 @@
 """What `pamrig identify` does: the model at the start and the settings of the search from what was asked, then the
 fit."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -12,10 +12,10 @@ from rig.channels import common
 from rig.errors import ConfigError, RecordError
 from rig.fields import bounded
 from rig.gap.records.outliers import fall_notes, without_falls
-from rig.identify.fit import Identified, Settings, identify
-from rig.identify.records.data import Options, best_input, check_length, cut
+from rig.identify.fit import Identified, Report, Settings, identify
+from rig.identify.records.data import RecordOptions, best_input, check_length, cut
 from rig.identify.records.rest import at_own_rest, far_from_all
-from rig.identify.records.zero import zero_shown
+from rig.identify.records.zero import why_zero_is_free
 from rig.identify.response.mean_law import PROPORTIONAL, mean_law
 from rig.identify.search.stability import SweepRange
 from rig.identify.search.swarm import SwarmSettings
@@ -84,8 +84,8 @@ def identify_model(
     start: StartOptions,
     search: SearchOptions,
     sweep: SweepRange,
-    options: Options,
-    report: Callable[[str, float, float], None] | None,
+    options: RecordOptions,
+    report: Report | None,
 ) -> Identified:
     """The model fitted to the records; `report(title, share, best)` during the searches."""
     settings = Settings(
@@ -117,7 +117,7 @@ def _without_falls(records: Sequence[Record]) -> tuple[list[Record], list[str]]:
     return whole, [*fall_notes(whole, dropouts), *notes]
 
 
-def start_model(start: StartOptions, records: list[Record], options: Options) -> tuple[Model, list[str]]:
+def start_model(start: StartOptions, records: list[Record], options: RecordOptions) -> tuple[Model, list[str]]:
     """The given model, or the template of the kind with bounds that fit the records; and what was chosen for the
     caller, with why."""
     if start.start is not None:
@@ -141,7 +141,7 @@ def start_model(start: StartOptions, records: list[Record], options: Options) ->
     shown = [cut(record, options) for record in records]
     free_offset = start.free_offset
     if free_offset is None:
-        why = zero_shown(shown, drive, p0_mpa, PROPORTIONAL if exponent is None else exponent)
+        why = why_zero_is_free(shown, drive, p0_mpa, PROPORTIONAL if exponent is None else exponent)
         choices += [why] if why else []
         free_offset = bool(why)
     template = Template(
@@ -157,7 +157,7 @@ def start_model(start: StartOptions, records: list[Record], options: Options) ->
     return template_model(template, input_gain(shown, template.u_unit_mpa)), choices
 
 
-def sample_time_s(records: Sequence[Record], options: Options) -> float:
+def sample_time_s(records: Sequence[Record], options: RecordOptions) -> float:
     """The records' own period where they are to stay on it, else the usual one; RecordError for one outside 1 to 50 ms.
 
     Periods of logs differ in their last digits: three are kept.

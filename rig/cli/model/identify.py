@@ -15,7 +15,8 @@ from rig.cli.outputs import Command, Output, output_option, refuse_options, writ
 from rig.outputs import OutputKind
 
 if TYPE_CHECKING:
-    from rig.identify.fit import Identified
+    from rig.identify.fit import Identified, Report
+    from rig.identify.records.data import RecordOptions
     from rig.identify.search.stability import SweepRange
     from rig.record import Record
 
@@ -25,7 +26,6 @@ _SEARCH_MB = 800
 process."""
 _OF_A_TEMPLATE = ("kind", "drive", "joint", "free_offset", "mean_exponent", "p0_mpa", "u_unit_mpa", "sample_time_s")
 """What a model is made by where none is given by --start."""
-Report = Callable[[str, float, float], None]
 _LOGS = click.argument("logs", nargs=-1, required=True, metavar="LOG...", type=click.Path(path_type=Path))
 
 
@@ -265,10 +265,10 @@ def _read(logs: Sequence[Path]) -> "list[Record]":
     return records
 
 
-def _options(asked: dict[str, Any]) -> Any:
-    from rig.identify.records.data import Options
+def _options(asked: dict[str, Any]) -> "RecordOptions":
+    from rig.identify.records.data import RecordOptions
 
-    return Options(asked["resample"], asked["trust_units"], asked["skip_s"], asked["until_s"])
+    return _part(RecordOptions, asked)
 
 
 def _part(kind: type[P], asked: dict[str, Any]) -> P:

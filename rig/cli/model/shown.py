@@ -11,7 +11,7 @@ from rich.console import Console
 from rig.app.terminal import listing, styled
 from rig.config import unstructure
 from rig.identify.fit import Identified
-from rig.identify.records.data import Options, prepare
+from rig.identify.records.data import RecordOptions, prepare
 from rig.identify.search.objective import predict
 from rig.identify.search.stability import StabilityVerdict
 from rig.identify.validate import Score, Validation
@@ -190,7 +190,7 @@ def show_validation(result: Validation, model: Model, beside: Mapping[str, Valid
 
 
 def show_worst(
-    model: Model, records: Sequence[Record], scores: Sequence[Score], options: Options, terminal: Console
+    model: Model, records: Sequence[Record], scores: Sequence[Score], options: RecordOptions, terminal: Console
 ) -> None:
     """The record with the largest error as a picture, on a terminal."""
     if not terminal.is_terminal:

@@ -7,7 +7,7 @@ import numpy as np
 from rig.gap.raw_tests.settings import BELOW_ZERO_MPA, CLEAR, DAYS_MEAN_MPA
 from rig.gap.raw_tests.signature import MONITOR, Signature
 from rig.gap.raw_tests.statistics import between_days, by_chance
-from rig.identify.records.monitors import broken_monitor, nothing_answers, unheard
+from rig.identify.records.monitors import broken_monitor, monitor_trouble, nothing_answers
 from rig.record import Record
 
 
@@ -43,8 +43,8 @@ def _wire(name: str, cases: Sequence[Record]) -> Signature:
     middles = [np.nanmedian(column) for column in columns if np.isfinite(column).any()]
     middle = float(np.median(middles)) if middles else 0.0
     below = "reads below zero" if middle < BELOW_ZERO_MPA else None
-    unheard_in = ((record, said) for record in cases if (said := unheard(record, name)))
-    trouble = next((said for record, said in unheard_in if not nothing_answers(record)), below)
+    troubles = ((record, said) for record in cases if (said := monitor_trouble(record, name)))
+    trouble = next((said for record, said in troubles if not nothing_answers(record)), below)
     state = f"{trouble} (a broken wire?)" if trouble else "is alive"
     return Signature(f"{MONITOR} {name}", None, bool(trouble), middle, 0.0, "MPa", f"the monitor of {name} {state}")
 

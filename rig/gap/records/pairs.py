@@ -20,7 +20,7 @@ from rig.gap.records.rest import at_rests, rest_pressure, shifted
 from rig.gap.records.settings import CLIPPED, CLIPPED_OVER_NEXT
 from rig.gap.records.stuck_monitors import without_stuck_monitors
 from rig.gap.records.usable import check_direction, check_scale, early, hole, reasons, runs_against, usable
-from rig.identify.records.causality import before_pressures, together
+from rig.identify.records.causality import before_pressures, subject_of
 from rig.identify.records.monitors import broken_monitor
 from rig.log.session_times import are_numbered, begun_s
 from rig.number_text import counted
@@ -285,7 +285,7 @@ def _all_have_pressures(records: Sequence[Record], days: Sequence[Record], notes
         return False
     if late := before_pressures(records):
         notes.append(
-            f"{together(records)}: {late}: monitors that are slow, or of another clock? the angle alone is used"
+            f"{subject_of(records)}: {late}: monitors that are slow, or of another clock? the angle alone is used"
         )
         return False
     without = ((record, where) for where, some in (("the case", records), ("the baselines", days)) for record in some)

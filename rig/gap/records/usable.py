@@ -29,7 +29,7 @@ from rig.gap.records.settings import (
     STRANGE,
     UNIT_SHAPE,
 )
-from rig.identify.records.causality import before_command, together
+from rig.identify.records.causality import before_command, subject_of
 from rig.identify.records.data import strange_units
 from rig.identify.records.monitors import (
     LONGEST_LAG_S,
@@ -77,7 +77,7 @@ def early(records: Sequence[Record]) -> str:
     cannot be read as a course over time are not asked."""
     read = [record for record in records if not _badly_sampled(record)]
     said = before_command(read)
-    return f"{together(read)}: {said}" if said else ""
+    return f"{subject_of(read)}: {said}" if said else ""
 
 
 def _badly_sampled(record: Record) -> str:

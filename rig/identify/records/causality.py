@@ -1,7 +1,7 @@
 """Whether what is measured comes before what causes it: columns of two clocks that were laid beside each other wrongly.
 
-One sine does not tell: 0.3 s too early is the rest of its period late. The records of a session together do, and so
-does one with more than one frequency in it.
+One sine does not tell: 0.3 s too early looks like the rest of its period too late. A record with more than one
+frequency in it does, and so do the records of a session together.
 """
 
 from collections.abc import Iterator, Sequence
@@ -46,8 +46,8 @@ def before_pressures(records: Sequence[Record]) -> str:
     return f"the angle comes {early_s:.2g} s before the measured p1 - p2, which causes it" if early_s else ""
 
 
-def together(records: Sequence[Record]) -> str:
-    """What records that tell it together are called."""
+def subject_of(records: Sequence[Record]) -> str:
+    """How a note on these records begins: with the name of the only one, or how many they are."""
     return records[0].name if len(records) == 1 else f"the {len(records)} records"
 
 
@@ -64,7 +64,7 @@ def _pairs(records: Sequence[Record], name: str, cause: str) -> Iterator[tuple[R
 
 
 def _early_s(pairs: Sequence[tuple[Record, Column, Column]]) -> float | None:
-    """By what time the columns (n,) come before their causes (n,), all by the same; None where they do not."""
+    """By how many seconds all columns (n,) come before their causes (n,); None where they do not."""
     if not pairs:
         return None
     early = np.mean([_unexplained(one, cause, column, LONGEST_LAG_S) for one, column, cause in pairs], axis=0)

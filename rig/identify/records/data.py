@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from rig.channels import common
 from rig.errors import RecordError
-from rig.identify.records.causality import before_command, together
+from rig.identify.records.causality import before_command, subject_of
 from rig.identify.records.mix_ups import mix_ups, strange_clock
 from rig.identify.records.monitors import dead_monitor
 from rig.log.foreign.units import PRESSURE_SIZES, unit_by_size
@@ -50,7 +50,7 @@ off by 2 %. As much as is let through is missing in every time constant afterwar
 
 
 @dataclass(frozen=True)
-class Options:
+class RecordOptions:
     """What the caller allows."""
 
     resample: bool = False
@@ -84,9 +84,9 @@ class Prepared:
         return float(np.max(np.abs(self.p1_mpa - self.p2_mpa)))
 
 
-def prepare(record: Record, model: Model, options: Options | None = None) -> Prepared:
+def prepare(record: Record, model: Model, options: RecordOptions | None = None) -> Prepared:
     """`record` ready to be fitted by, or compared with, `model`; RecordError in one line when it cannot be."""
-    allowed = options or Options()
+    allowed = options or RecordOptions()
     record = cut(record, allowed)
     if model.muscle.kind != EXTERNAL:  # one of another kind is told what stands in the records
         common([("the model", model.own_channels), (record.name, record.channels)])
@@ -126,10 +126,10 @@ def doubts(data: Sequence[Prepared]) -> list[str]:
     records = [each.record for each in data]
     early = before_command(records)
     found = [text for each in data for text in each.warnings]
-    return [*([f"{together(records)}: {early}"] if early else []), *found]
+    return [*([f"{subject_of(records)}: {early}"] if early else []), *found]
 
 
-def best_input(records: Sequence[Record], options: Options) -> tuple[Input, str]:
+def best_input(records: Sequence[Record], options: RecordOptions) -> tuple[Input, str]:
     """What can drive the muscles: the measured pressures where every record has them, else the command; and why, in one
     line."""
     try:
@@ -146,7 +146,7 @@ def best_input(records: Sequence[Record], options: Options) -> tuple[Input, str]
     )
 
 
-def cut(record: Record, options: Options) -> Record:
+def cut(record: Record, options: RecordOptions) -> Record:
     """The part of the record that may be looked at."""
     return record if options.until_s is None else record.rows(record.t_s - record.t_s[0] <= options.until_s)
 

@@ -30,7 +30,9 @@ _STILL: Final = 1e-10
 def dead_monitor(record: Record) -> str | None:
     """The first monitor that is not heard, in words, or that both read one pressure; None when both are heard, or none
     was measured."""
-    dead = next((f"the monitor of {name} {said}" for name in ("p1", "p2") if (said := unheard(record, name))), None)
+    dead = next(
+        (f"the monitor of {name} {said}" for name in ("p1", "p2") if (said := monitor_trouble(record, name))), None
+    )
     return dead or ("the monitors of p1 and p2 read the same pressure" if _read_one(record) else None)
 
 
@@ -59,7 +61,7 @@ def _read_one(record: Record) -> bool:
     return not follows(record, record.dp_mpa, record.dp_cmd_mpa)
 
 
-def unheard(record: Record, name: str) -> str | None:
+def monitor_trouble(record: Record, name: str) -> str | None:
     """What is wrong with the monitor of `name`, p1 or p2, in words; None where nothing is, or where nothing was asked
     of its regulator."""
     column: Column | None = getattr(record, f"{name}_mpa")
@@ -92,19 +94,19 @@ def correlations(
     """(lags,) correlations of a column (n,) with a command (n,), at lags from 0 to `longest_s`, or half of the record,
     FOLLOWED_S apart, or at one of so many of these."""
     t = np.linspace(record.t_s[0], record.t_s[-1], max(int((record.t_s[-1] - record.t_s[0]) / FOLLOWED_S), 2))
-    heard, said = (
+    follower, driver = (
         np.interp(t, record.t_s[known], one[known]) for one in (column, command) for known in (np.isfinite(one),)
     )
-    return _at_lags(said, heard, np.arange(0, max(min(int(longest_s / FOLLOWED_S), len(t) // 2), 1), every))
+    return _at_lags(driver, follower, np.arange(0, max(min(int(longest_s / FOLLOWED_S), len(t) // 2), 1), every))
 
 
-def _at_lags(said: Column, heard: Column, lags: NDArray[np.int64]) -> Column:
-    """Correlations of the rows of `heard` (n,) that are so many rows later, 0 first, with those of `said` (n,).
+def _at_lags(driver: Column, follower: Column, lags: NDArray[np.int64]) -> Column:
+    """(lags,) correlations of `driver` (n,) with the rows of `follower` (n,) that are so many rows later, 0 first.
 
     Means and squares of all these stretches are differences of one sum each; only the products are formed anew.
     """
-    rows = len(said) - lags
-    one, other = said - said.mean(), heard - heard.mean()
+    rows = len(driver) - lags
+    one, other = driver - driver.mean(), follower - follower.mean()
     ones, squares = np.cumsum(one)[rows - 1], np.cumsum(one**2)[rows - 1]
     others, other_squares = (np.cumsum(column[::-1])[rows - 1] for column in (other, other**2))
     together = np.array([one[:k] @ other[len(other) - k :] for k in rows]) - ones * others / rows

@@ -25,7 +25,7 @@ ODD = (1, 3, *range(4, 10), 11, *range(12, RESPONSE_TERMS))
 """Terms of the response model's bank that turn their sign with the drive: powers, low-passes and plays."""
 
 
-def zero_shown(records: Sequence[Record], drive: Input, p0_mpa: float, exponent: float) -> str:
+def why_zero_is_free(records: Sequence[Record], drive: Input, p0_mpa: float, exponent: float) -> str:
     """Why the zero of the angle is identified, in one line; empty where the records do not call for it."""
     rows = [_rows(record, drive, p0_mpa, exponent) for record in records if record.angle_deg is not None]
     if not rows:

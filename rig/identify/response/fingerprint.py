@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from rig.columns import rms, white_noise
-from rig.identify.records.data import Options, Prepared, best_input, prepare
+from rig.identify.records.data import Prepared, RecordOptions, best_input, prepare
 from rig.identify.response.response_fit import (
     GRID_S,
     SMOOTHING_S,
@@ -61,7 +61,7 @@ def fingerprint_of(records: Sequence[Record], model: Model) -> Fingerprint | Non
 def make_fingerprint(data: Sequence[Prepared], model: Model) -> Fingerprint | None:
     """The fingerprint that belongs into `model`, which was identified on `data`; None where the records are too short
     for one."""
-    measured = best_input([each.grid for each in data], Options())[0] is Input.PRESSURE and not any(
+    measured = best_input([each.grid for each in data], RecordOptions())[0] is Input.PRESSURE and not any(
         map(_full_of_holes, data)
     )
     given = None if measured else regulators_of(model)

@@ -16,7 +16,7 @@ from rig.config import structure
 from rig.errors import ConfigError, ModelError
 from rig.identify import fit
 from rig.identify import validate as judging
-from rig.identify.records.data import Options, prepare
+from rig.identify.records.data import RecordOptions, prepare
 from rig.identify.search.objective import predict
 from rig.identify.search.stability import SweepRange
 from rig.log.session_times import begun_s
@@ -89,7 +89,7 @@ class Identified(Tabled):
     True
     """
 
-    def __init__(self, found: fit.Identified, records: list[Record], options: Options) -> None:
+    def __init__(self, found: fit.Identified, records: list[Record], options: RecordOptions) -> None:
         self._found, self._records, self._options = found, records, options
         self.model = found.model
 
@@ -167,7 +167,7 @@ def identify(
     }
     asked |= {"early_stop": early_stop, "polish": polish, "bounded": bounded}
     search = structure(plain(asked), SearchOptions, "identify")
-    records, options = records_of(logs), Options(resample=resample)
+    records, options = records_of(logs), RecordOptions(resample=resample)
     begin = StartOptions(
         None if start is None else place_of(start, "start"), kind, drive, joint, sample_time_s, None, 0.2, None, None
     )
@@ -182,7 +182,7 @@ class Validation(Tabled):
     True
     """
 
-    def __init__(self, model: Model, records: list[Record], judged: judging.Validation, options: Options) -> None:
+    def __init__(self, model: Model, records: list[Record], judged: judging.Validation, options: RecordOptions) -> None:
         self._model, self._records, self._judged, self._options = model, records, judged, options
 
     @property
@@ -227,7 +227,7 @@ def validate(
 
     RecordError for records that cannot be used.
     """
-    simulator, records, options = _model(model), records_of(logs), Options(resample=resample)
+    simulator, records, options = _model(model), records_of(logs), RecordOptions(resample=resample)
     judged = judging.validate(simulator, records, _sweep(sweep_hz, records), options)
     return Validation(simulator, records, judged, options)
 
@@ -252,7 +252,7 @@ def _model(model: Model | Identified | str | Path) -> Model:
     return model if isinstance(model, Model) else load_model(model)
 
 
-def _worst(model: Model, records: list[Record], scores: list[judging.Score], options: Options) -> Picture:
+def _worst(model: Model, records: list[Record], scores: list[judging.Score], options: RecordOptions) -> Picture:
     worst = int(np.argmax([row.rmse_deg for row in scores]))
     data = prepare(records[worst], model, options)
     source = "commanded" if model.muscle.input is Input.COMMAND else "measured"

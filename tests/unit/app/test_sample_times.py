@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from rig.app.model.identifying import Options, sample_time_s
+from rig.app.model.identifying import RecordOptions, sample_time_s
 from rig.errors import RecordError
 from rig.record import Record
 
@@ -14,7 +14,7 @@ def sampled_every(period_s: float) -> Record:
 
 
 def test_the_period_of_the_records_is_kept() -> None:
-    assert sample_time_s([sampled_every(0.02)], Options()) == 0.02
+    assert sample_time_s([sampled_every(0.02)], RecordOptions()) == 0.02
 
 
 @pytest.mark.parametrize(
@@ -23,6 +23,6 @@ def test_the_period_of_the_records_is_kept() -> None:
 )
 def test_seconds_that_would_be_right_in_a_smaller_unit_are_asked_about(period_s: float, unit: str) -> None:
     with pytest.raises(RecordError, match="a model is identified at 1 to 50 ms") as refused:
-        sample_time_s([sampled_every(period_s)], Options())
+        sample_time_s([sampled_every(period_s)], RecordOptions())
     asked = str(refused.value).partition("is t_s in ")[2]
     assert asked.partition("?")[0] == unit

@@ -19,7 +19,7 @@ from rig.gap.hypotheses.library import LIBRARY
 from rig.gap.possible_effects import VALVES, possible
 from rig.gap.records.dropouts import without_dropouts
 from rig.identify.fit import Identified
-from rig.identify.records.data import Options
+from rig.identify.records.data import RecordOptions
 from rig.identify.validate import validate
 from rig.own_units import own_text
 from rig.record import Record
@@ -57,7 +57,7 @@ def found() -> Identified:
     start = StartOptions(None, "mbw", "auto", "rigid", None, None, 0.2, False, None)
     search = SearchOptions("pso", 1, 1, 20, 40, None, True, False)
     records = day(1)
-    return identify_model(records, start, search, sweep_range(0.2, 0.8, None, records), Options(), None)
+    return identify_model(records, start, search, sweep_range(0.2, 0.8, None, records), RecordOptions(), None)
 
 
 @pytest.fixture(scope="module")

@@ -13,7 +13,7 @@ from conftest import CONFIGS
 from rig.config import unstructure
 from rig.errors import ConfigError
 from rig.identify.provenance import find_logs
-from rig.identify.records.data import Options, Prepared, prepare
+from rig.identify.records.data import Prepared, RecordOptions, prepare
 from rig.identify.response.fingerprint import make_fingerprint
 from rig.identify.search.stability import SweepRange
 from rig.identify.validate import validate
@@ -104,7 +104,7 @@ def test_two_records_leave_none_out_and_a_start_that_is_skipped_does_not_count()
     record = measured(0.5)
     assert record.angle_deg is not None
     broken = replace(record, angle_deg=np.where(record.t_s < 2.0, 60.0, record.angle_deg))
-    skipped = made([prepare(broken, RIG, Options(skip_s=2.5))])
+    skipped = made([prepare(broken, RIG, RecordOptions(skip_s=2.5))])
     assert skipped.misfit_deg < 0.6
     assert skipped.seconds == pytest.approx(9.5, abs=0.1)
 
@@ -149,7 +149,7 @@ def test_records_that_are_too_short_or_have_no_whole_command_leave_none() -> Non
     gap = replace(record, dp_cmd_mpa=np.nan * record.t_s, p1_cmd_mpa=None, p2_cmd_mpa=None)
     assert make_fingerprint([prepare(gap, RIG)], RIG) is None
     assert make_fingerprint([prepare(record.rows(slice(0, 220)), RIG)], RIG) is None
-    assert make_fingerprint([prepare(record, RIG, Options(skip_s=11.9))], RIG) is None
+    assert make_fingerprint([prepare(record, RIG, RecordOptions(skip_s=11.9))], RIG) is None
     both = made([prepare(record, RIG), prepare(gap, RIG)])
     assert both.records == 1
 

@@ -12,8 +12,8 @@ from click.testing import CliRunner
 from rig.app.model.identifying import StartOptions, start_model
 from rig.errors import RecordError
 from rig.identify.fit import Settings, identify
-from rig.identify.records.data import Options, best_input, prepare
-from rig.identify.records.zero import zero_shown
+from rig.identify.records.data import RecordOptions, best_input, prepare
+from rig.identify.records.zero import why_zero_is_free
 from rig.identify.response.mean_law import hold, is_free, mean_law
 from rig.identify.search.swarm import SwarmSettings
 from rig.model.parameters import Input, StageKind, load_model
@@ -46,7 +46,7 @@ AT_A_RAIL = replace(ONE, p2_mpa=np.random.default_rng(2).normal(-0.05, 4e-4, ROW
 
 
 def test_the_pressures_drive_where_every_record_has_them() -> None:
-    drive, why = best_input(SEVERAL, Options())
+    drive, why = best_input(SEVERAL, RecordOptions())
     assert drive is Input.PRESSURE
     assert why == "driven by the measured pressures, which every record has; --input command takes the set-points"
 
@@ -62,7 +62,7 @@ def test_the_pressures_drive_where_every_record_has_them() -> None:
     ],
 )
 def test_one_record_without_usable_pressures_makes_it_the_command(other: Record, reason: str) -> None:
-    drive, why = best_input([ONE, other], Options())
+    drive, why = best_input([ONE, other], RecordOptions())
     assert drive is Input.COMMAND
     assert why.startswith("driven by the command, not by measured pressures: ")
     assert reason in why
@@ -78,7 +78,7 @@ def test_a_dead_monitor_drives_no_model_whoever_asks_for_it() -> None:
 def test_a_pressure_that_is_held_by_its_set_point_is_alive() -> None:
     assert ONE.p1_cmd_mpa is not None
     held = replace(DEAD, p1_cmd_mpa=np.full(ROWS, 0.2), dp_cmd_mpa=0.2 - ONE.p2_cmd_mpa)
-    assert best_input([held], Options())[0] is Input.PRESSURE
+    assert best_input([held], RecordOptions())[0] is Input.PRESSURE
 
 
 def test_the_law_of_the_mean_pressure_is_identified_where_the_mean_moves() -> None:
@@ -92,11 +92,11 @@ def test_the_law_of_the_mean_pressure_is_identified_where_the_mean_moves() -> No
 
 
 def test_what_was_asked_for_is_not_chosen() -> None:
-    model, choices = start_model(replace(ASKED, drive="command", mean_exponent=0.5), SEVERAL, Options())
+    model, choices = start_model(replace(ASKED, drive="command", mean_exponent=0.5), SEVERAL, RecordOptions())
     assert choices == []
     assert model.muscle.input is Input.COMMAND
     assert model.muscle.value("mean_exponent") == 0.5
-    model, choices = start_model(replace(ASKED, kind="bw_continuous"), SEVERAL, Options())
+    model, choices = start_model(replace(ASKED, kind="bw_continuous"), SEVERAL, RecordOptions())
     assert len(choices) == 1, "model (1) has no law of the mean pressure"
 
 
@@ -105,14 +105,14 @@ def test_what_was_asked_for_is_not_chosen() -> None:
     [(0.3, [ONE], "0.20"), (0.2, [ONE], ""), (0.15, SEVERAL, ""), (0.4, SEVERAL, "0.15 and 0.20 and 0.30")],
 )
 def test_a_p0_that_is_asked_for_and_in_no_record_is_doubted(p0_mpa: float, records: list[Record], around: str) -> None:
-    _, choices = start_model(replace(ASKED, p0_mpa=p0_mpa), records, Options())
+    _, choices = start_model(replace(ASKED, p0_mpa=p0_mpa), records, RecordOptions())
     doubted = [line for line in choices if "--p0" in line]
     said = f"P0 is {p0_mpa:g} MPa, as --p0 says; the pressures of these records lie around {around} MPa: is it right?"
     assert doubted == ([said] if around else [])
 
 
 def test_the_exponent_is_held_for_the_search_where_the_response_model_leaves_least() -> None:
-    model, choices = start_model(ASKED, SEVERAL, Options())
+    model, choices = start_model(ASKED, SEVERAL, RecordOptions())
     assert len(choices) == 2
     assert is_free(model)
     held = hold(model, [prepare(record, model) for record in SEVERAL])
@@ -124,7 +124,7 @@ def test_the_exponent_is_held_for_the_search_where_the_response_model_leaves_lea
 
 def test_several_p0_are_fitted_as_well_as_one() -> None:
     """With the exponent left at 0 the same search ends at 7 degrees."""
-    start, _ = start_model(ASKED, SEVERAL, Options())
+    start, _ = start_model(ASKED, SEVERAL, RecordOptions())
     found = identify(SEVERAL, start, Settings(seeds=(1,), swarm=SwarmSettings(iterations=60), workers=1))
     assert found.rmse_deg < 0.3
     law = found.model.muscle.parameters["mean_exponent"]
@@ -187,11 +187,11 @@ def test_the_zero_of_the_angle_is_identified_where_it_is_off(share: float, found
     """By a share of the angle's range: on both sides of the limit, and of 0."""
     whole = max(float(np.ptp(record.angle_deg)) for record in SEVERAL if record.angle_deg is not None)
     moved = [off(record, share * whole) for record in SEVERAL]
-    model, choices = start_model(replace(ASKED, free_offset=None), moved, Options())
+    model, choices = start_model(replace(ASKED, free_offset=None), moved, RecordOptions())
     assert (model.sensor.kind == StageKind.AFFINE) == found
     assert any("zero of the angle: identified" in why for why in choices) == found
     for insisted in (True, False):
-        model, choices = start_model(replace(ASKED, free_offset=insisted), moved, Options())
+        model, choices = start_model(replace(ASKED, free_offset=insisted), moved, RecordOptions())
         assert (model.sensor.kind == StageKind.AFFINE) == insisted
         assert not any("zero of the angle" in why for why in choices)
 
@@ -199,5 +199,5 @@ def test_the_zero_of_the_angle_is_identified_where_it_is_off(share: float, found
 def test_a_drive_to_one_side_tells_nothing_of_the_zero() -> None:
     """Half a sine: what hysteresis leaves there is a constant as well."""
     half = [record.rows(record.dp_cmd_mpa > 0.0) for record in SEVERAL]
-    assert zero_shown([off(record, 10.0) for record in half], Input.PRESSURE, 0.2, 1.0) == ""
-    assert zero_shown([off(record, 10.0) for record in SEVERAL], Input.PRESSURE, 0.2, 1.0) != ""
+    assert why_zero_is_free([off(record, 10.0) for record in half], Input.PRESSURE, 0.2, 1.0) == ""
+    assert why_zero_is_free([off(record, 10.0) for record in SEVERAL], Input.PRESSURE, 0.2, 1.0) != ""

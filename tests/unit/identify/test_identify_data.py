@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from scipy.signal import savgol_filter
 
 from rig.errors import RecordError
-from rig.identify.records.data import Options, prepare, repeated_packets
+from rig.identify.records.data import RecordOptions, prepare, repeated_packets
 from rig.identify.templates import Template, input_gain, template_model
 from rig.model.parameters import Input
 from rig.model.resample import on_grid
@@ -84,7 +84,9 @@ def test_pressures_are_needed_only_where_they_drive() -> None:
 
 
 def test_trusted_units_pass() -> None:
-    assert len(prepare(scaled(good(), "angle_deg", np.pi / 180), MODEL, Options(trust_units=True)).angle_deg) == 2000
+    assert (
+        len(prepare(scaled(good(), "angle_deg", np.pi / 180), MODEL, RecordOptions(trust_units=True)).angle_deg) == 2000
+    )
 
 
 def test_a_few_missing_values_are_interpolated_and_named() -> None:
@@ -101,7 +103,7 @@ def test_missing_rows_are_interpolated_and_named() -> None:
 
 
 def test_another_period_is_resampled_when_allowed() -> None:
-    data = prepare(good(500, 0.02), MODEL, Options(resample=True))
+    data = prepare(good(500, 0.02), MODEL, RecordOptions(resample=True))
     assert len(data.angle_deg) == 1997
     assert "resampled" in data.warnings[0]
 
@@ -120,11 +122,11 @@ def test_repeated_packets_are_found_and_interpolated() -> None:
 
 
 def test_nothing_after_the_cut_is_looked_at() -> None:
-    data = prepare(good(), MODEL, Options(until_s=4.0, skip_s=1.0))
+    data = prepare(good(), MODEL, RecordOptions(until_s=4.0, skip_s=1.0))
     assert data.grid.t_s[-1] == pytest.approx(4.0)
     assert data.skip == 200
     with pytest.raises(RecordError, match="nothing is left"):
-        prepare(good(), MODEL, Options(skip_s=20.0))
+        prepare(good(), MODEL, RecordOptions(skip_s=20.0))
 
 
 def test_the_muscles_see_the_set_point_of_the_row_before() -> None:

@@ -11,7 +11,7 @@ import pytest
 
 from rig.errors import RecordError
 from rig.identify.fit import Settings, identify
-from rig.identify.records.data import Options, prepare
+from rig.identify.records.data import RecordOptions, prepare
 from rig.identify.response.valves import identify_valves
 from rig.identify.search.stability import SweepRange
 from rig.identify.search.swarm import SwarmSettings
@@ -21,8 +21,8 @@ from rig.model.parameters import Input, regulator_times_s
 from rig.record import Record
 
 RANGE = SweepRange(0.1, 2.5, 0.4)
-FIRST_HALF = Options(resample=True, skip_s=0.5, until_s=10.0)
-SECOND_HALF = Options(resample=True, skip_s=10.0)
+FIRST_HALF = RecordOptions(resample=True, skip_s=0.5, until_s=10.0)
+SECOND_HALF = RecordOptions(resample=True, skip_s=10.0)
 
 
 @pytest.fixture(scope="module")
@@ -67,7 +67,7 @@ def test_its_period_is_not_the_papers(sweep: Record) -> None:
 
 
 def test_its_repeated_packets_are_found(sweep: Record) -> None:
-    data = prepare(sweep, template_model(Template(sample_time_s=0.02)), Options(resample=True))
+    data = prepare(sweep, template_model(Template(sample_time_s=0.02)), RecordOptions(resample=True))
     assert any("repeat the packet before" in text for text in data.warnings)
 
 

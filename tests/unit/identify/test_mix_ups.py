@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from rig.errors import RecordError
-from rig.identify.records.data import Options, prepare
+from rig.identify.records.data import RecordOptions, prepare
 from rig.identify.records.mix_ups import mix_ups, strange_clock
 from rig.identify.templates import Template, template_model
 from rig.record import Record
@@ -60,7 +60,7 @@ def test_without_an_angle_both_are_named() -> None:
 def test_time_in_another_unit_is_asked_about(factor: float, unit: str) -> None:
     record = replace(good(), t_s=good().t_s * factor)
     with pytest.raises(RecordError, match=f"is t_s in {unit}\\?"):
-        prepare(record, MODEL, Options(resample=True))
+        prepare(record, MODEL, RecordOptions(resample=True))
     assert strange_clock(replace(good(), t_s=good().t_s * 99)) is None, "0.495 s a row"
     assert strange_clock(replace(good(), t_s=good().t_s * 101)) is not None, "0.505 s a row"
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from rig.columns import correlation
-from rig.identify.records.monitors import FOLLOWED_S, LONGEST_LAG_S, correlations, dead_monitor, unheard
+from rig.identify.records.monitors import FOLLOWED_S, LONGEST_LAG_S, correlations, dead_monitor, monitor_trouble
 from rig.record import Column, Record
 
 T_S = np.arange(0.0, 8.0, FOLLOWED_S)
@@ -84,6 +84,6 @@ def test_a_monitor_is_heard_whose_pressure_follows_nothing_and_whose_joint_follo
     record = pressures(0.1)
     pull = {"p1": 1.0, "p2": -1.0}[name]
     lost = replace(record, **{f"{name}_mpa": 0.2 + wanders})
-    assert unheard(lost, name) == "does not follow its command"
-    assert unheard(replace(lost, angle_deg=30.0 * record.dp_cmd_mpa), name) == "does not follow its command"
-    assert unheard(replace(lost, angle_deg=pull * 300.0 * wanders), name) is None
+    assert monitor_trouble(lost, name) == "does not follow its command"
+    assert monitor_trouble(replace(lost, angle_deg=30.0 * record.dp_cmd_mpa), name) == "does not follow its command"
+    assert monitor_trouble(replace(lost, angle_deg=pull * 300.0 * wanders), name) is None

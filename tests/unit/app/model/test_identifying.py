@@ -5,7 +5,7 @@ import pytest
 
 from rig.app.model.identifying import SearchOptions, StartOptions, identify_model
 from rig.errors import RecordError
-from rig.identify.records.data import Options
+from rig.identify.records.data import RecordOptions
 from rig.identify.search.stability import SweepRange
 from rig.model.response.kept_day import unpacked
 from rig.record import Record
@@ -19,7 +19,7 @@ def test_a_record_too_short_for_anything_is_refused(rows: int, said: str) -> Non
     start = StartOptions(None, "mbw", "auto", "none", None, None, 0.1, None, None)
     search = SearchOptions("pso", 4, 2, 1, 1, None, polish=False, bounded=False)
     with pytest.raises(RecordError, match=rf"^short: too short, {said} in .* s; needed: at least 1 s"):
-        identify_model([short], start, search, SweepRange(), Options(), None)
+        identify_model([short], start, search, SweepRange(), RecordOptions(), None)
 
 
 def test_pulses_and_falls_of_the_sensor_are_no_part_of_the_model() -> None:
@@ -36,7 +36,7 @@ def test_pulses_and_falls_of_the_sensor_are_no_part_of_the_model() -> None:
 
     def identified(*angles: np.ndarray) -> tuple[list[str], float, list[np.ndarray]]:
         records = [Record(f"sine_{k}", t_s, command, angle_deg=angle) for k, angle in enumerate(angles)]
-        found = identify_model(records, start, search, SweepRange(), Options(), None)
+        found = identify_model(records, start, search, SweepRange(), RecordOptions(), None)
         assert found.model.fingerprint is not None
         kept = unpacked(found.model.fingerprint.day)
         return list(found.choices), found.rmse_deg, [one.angle_deg for one in kept]

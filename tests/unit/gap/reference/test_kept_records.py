@@ -10,7 +10,7 @@ from rig.app.model.identifying import SearchOptions, StartOptions, identify_mode
 from rig.gap import diagnose
 from rig.gap.answer.result import Diagnosis
 from rig.gap.records.fingerprint_records import pair_with_kept
-from rig.identify.records.data import Options
+from rig.identify.records.data import RecordOptions
 from rig.identify.response.fingerprint import fingerprint_of
 from rig.identify.search.stability import SweepRange
 from rig.model.parameters import AddedEffect, Model
@@ -70,7 +70,7 @@ def test_what_is_kept_of_a_fast_record_is_no_earlier_than_it_was(period_s: float
     sweep = Record("sine_1hz", t_s, command, angle_deg=angle)
     start = StartOptions(None, "mbw", "auto", "rigid", 0.005, None, 0.1, False, 0.0)
     search = SearchOptions("pso", 4, 1, 10, 10, None, polish=False, bounded=False)
-    found = identify_model([sweep], start, search, SweepRange(), Options(resample=True), None)
+    found = identify_model([sweep], start, search, SweepRange(), RecordOptions(resample=True), None)
     (pair,) = pair_with_kept([sweep], found.model.fingerprint, 0.2).pairs
     speed = np.gradient(pair.case.angle_deg, pair.dt_s) * pair.used
     off_s = (pair.case.angle_deg - pair.days[0].angle_deg) @ speed / (speed @ speed)
