@@ -120,11 +120,6 @@ def earlier_days(baselines: Sequence[Path], model_file: Path | None, *, every: b
     return agreeing(read_days(baselines, model_file), every=every)
 
 
-def compared_with(baselines: Sequence[Path], model_file: Path | None, *, every: bool) -> list[str]:
-    """The lines about the earlier days, where the call does nothing else with the days themselves."""
-    return list(earlier_days(baselines, model_file, every=every).lines())
-
-
 def agreeing(days: Sequence[EarlierDay], *, every: bool = False) -> EarlierDays:
     """The days without those that disagree with the others, which must be most of them; `every` keeps these too."""
     from rig.gap.records.odd_days import odd_days, two_apart

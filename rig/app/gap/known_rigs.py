@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from rig.app.gap.baselines import earlier_days
+from rig.app.gap.baselines import EarlierDays, earlier_days
 from rig.app.model.simulating import by_plant, commands_of
 from rig.app.shipped import find_config
 from rig.channels import Channels, common
@@ -59,11 +59,12 @@ class DescribedRig:
     """That it can have."""
 
 
-def described_by_call(asked: Asked) -> DescribedRig:
-    """The rig as the best reference there is describes it; ModelError, ConfigError or RecordError when none does, or
-    when model, earlier days and YAML are of different rigs."""
+def described_by_call(asked: Asked, earlier: EarlierDays | None = None) -> DescribedRig:
+    """The rig as the best reference there is describes it. `earlier`: its days, where the caller has read them already.
+    ModelError, ConfigError or RecordError when nothing describes it, or when model, earlier days and YAML are of
+    different rigs."""
     model = load_model(find_config(asked.model, "models"))
-    days = earlier_days(asked.baselines, asked.model, every=asked.every_day).records
+    days = (earlier or earlier_days(asked.baselines, asked.model, every=asked.every_day)).records
     file = None if asked.rig is None else load_rig(find_config(asked.rig, "rigs"))
     channels = channels_of_call(model, [], days)
     if file is not None:

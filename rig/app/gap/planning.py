@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from hil.reference.names import DESIGNED_FOR
+from rig.app.gap.baselines import EarlierDays
 from rig.app.gap.calibrating import known_families
 from rig.app.gap.effects import sizes_of
 from rig.app.gap.known_rigs import DEFAULT_SWEEP, Asked, DescribedRig, described_by_call, family_rig
@@ -51,10 +52,10 @@ class SweepCapabilities:
     """Records that a diagnosis would leave out, and why."""
 
 
-def capability_of(asked: Asked, sweeps: Sequence[Path]) -> SweepCapabilities:
+def capability_of(asked: Asked, sweeps: Sequence[Path], earlier: EarlierDays | None = None) -> SweepCapabilities:
     """What each sweep would tell on the rig; EnvelopeError when the rig's YAML forbids one, ConfigError for one that
     closes the loop, RecordError for one of which a diagnosis would use no record."""
-    described, settings = described_by_call(asked), fitted()
+    described, settings = described_by_call(asked, earlier), fitted()
     found: dict[str, Capability] = {}
     notes: list[str] = []
     for path in sweeps or [DEFAULT_SWEEP]:
@@ -134,11 +135,12 @@ def design_session(
     seconds: float,
     families: Sequence[str],
     report: Callable[[float, str], None],
+    earlier: EarlierDays | None = None,
 ) -> Designed:
     """The session that tells most within `seconds` on the rig and on units of these plant families, of all where none
     is named. `report` hears how far it is, from 0 to 1, and what is done."""
     report(0.0, "describing the rig")
-    settings, described = fitted(), described_by_call(asked)
+    settings, described = fitted(), described_by_call(asked, earlier)
     units = [(name, unit) for name in _families(families, described.channels) for unit in range(FAMILY_UNITS)]
     rigs, count = [described.rig], len(units) + 1
     for name, unit in units:

@@ -34,7 +34,7 @@ def history(
 ) -> None:
     """Diagnose every day in FOLDER, which holds a folder of records for each, and say when the gap changed, when a
     cause appeared, and how it grows."""
-    from rig.app.gap.baselines import check_no_own_baseline, compared_with
+    from rig.app.gap.baselines import check_no_own_baseline, earlier_days
     from rig.app.gap.diagnosis_options import DiagnosisOptions, cases_of
     from rig.app.gap.history import draw_history, history_days, history_report
     from rig.gap.history.sentences import history_sentences
@@ -53,7 +53,7 @@ def history(
     days, campaign = history_days(options, cases_of((folder,)), workers)
     found = look_back(days)
     out, say = console(json_to), speaker(found.channels)
-    for line in compared_with(baselines, model, every=every_day):
+    for line in earlier_days(baselines, model, every=every_day).lines():
         out.print(line)
     table = listing("day", "gap", "usual", "verdict", "causes")
     for day in found.days:

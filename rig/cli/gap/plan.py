@@ -54,15 +54,16 @@ def capability(
 ) -> None:
     """Say, before anything is wrong, how small an effect on MODEL's rig would be detected, from which size on it would
     be named, and which effects could not be told apart."""
-    from rig.app.gap.baselines import compared_with
+    from rig.app.gap.baselines import earlier_days
     from rig.app.gap.known_rigs import Asked
     from rig.app.gap.planning import capability_of, report_capability
 
     with progress("computing"):
-        found = capability_of(Asked(model, baselines, every_day, reference, rig, not no_pressures), sweeps)
+        days = earlier_days(baselines, model, every=every_day)
+        found = capability_of(Asked(model, baselines, every_day, reference, rig, not no_pressures), sweeps, days)
     hint = "" if baselines else "; --baseline DAY shows far smaller effects"
     console(json_to).print(f"compared with: {found.kind.value}{hint}")
-    for line in compared_with(baselines, model, every=every_day):
+    for line in days.lines():
         console(json_to).print(line)
     for note in found.notes:
         console(json_to).print(f"left out, as by a diagnosis: {note}")
@@ -131,23 +132,20 @@ def design(
 ) -> None:
     """Choose the session of records that tells the effects apart best on MODEL's rig, within the rig's limits, and
     write it as a sweep for `pamrig run`."""
-    from rig.app.gap.baselines import compared_with
+    from rig.app.gap.baselines import earlier_days
     from rig.app.gap.known_rigs import Asked
     from rig.app.gap.planning import design_session
     from rig.outputs import write_text
 
     with progress("designing", 1.0) as update:
-        found = design_session(
-            Asked(model, baselines, every_day, reference, rig),
-            60.0 * minutes,
-            families,
-            update,
-        )
+        days = earlier_days(baselines, model, every=every_day)
+        asked = Asked(model, baselines, every_day, reference, rig)
+        found = design_session(asked, 60.0 * minutes, families, update, days)
     with write_errors_last():
         write_text(output, found.text(output.stem), OutputKind.SWEEP)
     power, default = found.design.power, found.default
     out = console(json_to)
-    for line in compared_with(baselines, model, every=every_day):
+    for line in days.lines():
         out.print(line)
     table = listing("session", "minutes", "effects seen", "pairs told apart")
     for name, one, seconds in ((str(output), power, found.design.seconds), ("gap", default, found.default_s)):
