@@ -1,9 +1,9 @@
-"""What competes on both factors of a question, the pressures and the angle under them, and what the one says of the
-other: what a valve does reaches the joint, and what a monitor misreads does not.
+"""Both factors of the likelihood judged together, the pressures and the angle under them: what a valve does reaches the
+joint, and what a monitor misreads does not.
 
-The pressures are judged first, then the angle given each hypothesis that they leave likely; its evidence counts for
-that hypothesis. The likeliest is followed, and where the joint asks for something beside it, it is heard whether the
-monitors alone show what the pressures seem to do.
+The pressures are judged first. Then the angle is judged given each hypothesis that the pressures leave likely, and what
+it says counts for that hypothesis. The angle's own answer is the one given the likeliest. Where both factors find
+something, one more hypothesis competes: that the monitors alone show it, and the pressures are as they were.
 """
 
 import math
@@ -26,14 +26,14 @@ from rig.record import Column
 
 @dataclass(frozen=True)
 class BothFactors:
-    """The effects that compete, by what a question says of them beforehand."""
+    """Judges both factors for one question and the effects that compete."""
 
     question: Question
     effects: Sequence[Effect]
 
     def judged(self, expected: Expected) -> tuple[Expected, tuple[Posterior, ...]]:
-        """What competes on each factor, upstream first; and what was expected of the angle, given what the pressures
-        say."""
+        """What is expected, with the angle given what the pressures say, and the posterior of each factor, upstream
+        first."""
         if not expected.driven or not self.question.ahead:
             return expected, self._with_second(self._on(self._angle(expected)))
         ahead, under, joint = self._both(expected)
@@ -46,8 +46,8 @@ class BothFactors:
         return under, (*self._with_second(ahead), *self._with_second(joint))
 
     def _both(self, expected: Expected) -> tuple[Posterior, Expected, Posterior]:
-        """What competes ahead of the monitors, as the angle says as well; what is expected of the angle given the
-        likeliest of it, and what competes there."""
+        """The posterior ahead of the monitors, by pressures and angle; what is expected given its likeliest hypothesis;
+        and the posterior of the angle given that."""
         settings = self.question.settings
         ahead = self._on(pressure_problem(expected, settings))
         days = pressure_days(expected.contexts)
@@ -71,7 +71,7 @@ class BothFactors:
         return judge(self.effects, _with_withheld(self.question, problem), told, healthy)
 
     def _beside(self, name: str, expected: Expected) -> Posterior:
-        """What competes on the joint beside a hypothesis ahead of the monitors."""
+        """The posterior of the angle given a hypothesis ahead of the monitors."""
         problem = self._angle(expected)
         return self._on(problem, problem.forward.odds.healthy if name == NONE else 0.0)
 
@@ -80,10 +80,10 @@ class BothFactors:
 
 
 def _misread_alone(ahead: Posterior, joint: Posterior, still: InverseProblem) -> float:
-    """Probability that what the pressures show is in their monitors alone: that something acts on those and the joint
-    moves as if it were not there (`still`), against the likeliest hypothesis ahead of them and what the `joint` then
-    asks for beside it. A slow monitor is a slow regulator else, and a friction that undoes it. Beforehand it is as
-    likely as something unknown, and that beside something."""
+    """Probability that the monitors alone show what the pressures seem to do, and the joint moves as if that were not
+    there (`still`). It is weighed against the likeliest hypothesis ahead of the monitors together with what the `joint`
+    then needs beside it: without this hypothesis a slow monitor would be a slow regulator and a friction that undoes
+    it. Its prior odds are those of something unknown times those of something unknown beside an effect."""
     odds, prior = ahead.problem.forward.odds, ahead.problem.forward.prior
     nothing = judge([], still).log_evidence_of_none
     return chance_of(nothing - joint.log_evidence_beside(odds.together) + odds.unknown + prior.log_beside)
@@ -97,9 +97,9 @@ def _angle_evidence(found: Mapping[str, Posterior], together: float) -> dict[str
 def _faint(
     ahead: Posterior, given: Mapping[str, Expected], expected: Expected, days: Column, settings: Fitted
 ) -> dict[str, Expected]:
-    """What is expected of the angle by hypotheses ahead of the monitors that are unlikely by the pressures, and that
-    read the monitors otherwise than the likeliest: an offset that is really there moves the joint, one of a monitor
-    does not, and the pressures alone do not tell these apart."""
+    """What is expected of the angle under hypotheses that are unlikely by the pressures, but take the monitors to read
+    otherwise than the likeliest does. An offset of a pressure moves the joint, an offset of its monitor does not, and
+    the pressures alone do not tell the two apart."""
     likeliest = next(iter(given.values())).misread
     if likeliest is None:
         return {}
@@ -115,9 +115,9 @@ def _still_open(effects: Sequence[Effect], found: Iterable[Posterior]) -> list[E
 
 
 def expected_given(ahead: Posterior, name: str, expected: Expected, days: Column, settings: Fitted) -> Expected:
-    """What is expected of the angle once a hypothesis holds ahead of the monitors; `days`: the pressures (MPa) of
-    the earlier days (n, K). What something unknown does to the pressures, alone or beside an effect, is no error of the
-    monitors'."""
+    """What is expected of the angle if a hypothesis holds ahead of the monitors: under the pressures less what their
+    monitors then misread. Something unknown, alone or beside an effect, is taken to be in the pressures and not in the
+    monitors. `days`: the pressures (MPa) of the earlier days (n, K)."""
     if name == UNKNOWN or ahead.log_odds_beside.get(name, -math.inf) > 0.0:
         return expected
     factor, levels = ahead.forward_of(name).factor, settings.levels[expected.levels]
@@ -125,8 +125,7 @@ def expected_given(ahead: Posterior, name: str, expected: Expected, days: Column
 
 
 def _with_withheld(question: Question, problem: InverseProblem) -> InverseProblem:
-    """What is thought beforehand of something unknown, with what was thought of the effects that are kept from the
-    library."""
+    """The problem with the prior odds of the effects that were not asked about added to those of something unknown."""
     kept_out = [effect for effect in chosen(question.withheld) if not effect.signature]
     acting = sum(any(problem.shows(law) for law in effect.laws) for effect in kept_out)
     if not acting:

@@ -55,37 +55,37 @@ def diagnose_with_grounds(
     settings: Fitted | None = None,
     envelope: SweepEnvelope | None = None,
 ) -> tuple[Diagnosis, Grounds]:
-    """`diagnose`, with what the answer rests on. `rig_effects`: effects or stages that the rig can have, by its YAML;
-    without, as the records' facts say. `experiments`: what was recorded afterwards to tell more, sweep by sweep.
-    `settings`: levels and priors in place of the shipped ones. `envelope`: what the rig allows the records that are
-    recommended; careful bounds without it."""
+    """`diagnose`, with what the answer rests on.
+
+    `rig_effects`: effects or stages that the rig can have, by its YAML; None: as the facts of the records say.
+    `experiments`: what was recorded afterwards to tell more, sweep by sweep. `settings`: levels and priors in place of
+    the shipped ones. `envelope`: within what the next experiment is recommended; None: careful bounds.
+    """
     channels = channels_of_call(model, records, baselines)
     able = possible(channels, records, rig_effects)
-    asked = set(able) if library is None else named_effects(library, "library")
-    withheld = [name for name in able if name not in asked]
-    library = [name for name in able if name in asked]
+    named = set(able) if library is None else named_effects(library, "library")
+    asked, withheld = [name for name in able if name in named], [name for name in able if name not in named]
     kind = choose(reference, model, len(baselines))
-    sister = reference == ReferenceKind.SIMULATOR
     question = Question(
         model,
         records,
-        list(baselines),
-        kind,
-        sister,
-        pressures,
-        library,
+        days=list(baselines),
+        kind=kind,
+        sister=reference == ReferenceKind.SIMULATOR,
+        pressures=pressures,
+        library=asked,
         withheld=withheld,
         ahead=any(LIBRARY[name].upstream for name in able),
         settings=settings or fitted(),
         envelope=envelope,
     )
     with telling(channels):
-        said, grounds = answer_with(question, experiments)
-    why, own = because(reference, kind, model, len(baselines)), _own_records(kind, model, records)
-    only = tuple(library) if withheld else ()
+        found, grounds = answer_with(question, experiments)
+    why, notes = because(reference, kind, model, len(baselines)), _own_records(kind, model, records)
+    only = tuple(asked) if withheld else ()
     if withheld:
-        own.append(f"only {len(only)} of the {len(able)} effects that the rig can have were asked about")
-    return replace(said, reference_because=why, channels=channels, notes=[*said.notes, *own], only=only), grounds
+        notes.append(f"only {len(only)} of the {len(able)} effects that the rig can have were asked about")
+    return replace(found, reference_because=why, channels=channels, notes=[*found.notes, *notes], only=only), grounds
 
 
 def _own_records(kind: ReferenceKind, model: Model | None, records: Sequence[Record]) -> list[str]:

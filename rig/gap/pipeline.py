@@ -96,30 +96,34 @@ def _effect_changes(expected: Expected, posteriors: Sequence[Posterior]) -> dict
 
 
 def weigh(question: Question) -> tuple[list[Signature], Expected, tuple[Posterior, ...]]:
-    """What the raw samples show, what is expected, and what competes to explain the rest, by all that the evidence says
-    (at a temperature of 1), before anything is told.
-    RecordError and ModelError as `answer`."""
+    """What the raw samples show, what is expected, and the hypotheses that compete to explain the rest, weighed by the
+    whole evidence (at a temperature of 1). RecordError and ModelError as `answer`."""
     effects = chosen(question.library)
     pairing = _paired(question, question.records, question.days)
     angles = [pair.case.angle_deg for pair in pairing.pairs]
     noise = known_noise(question.kind, question.model, question.settings.noise, angles)
     signatures = _named_only(read_signatures(pairing.pairs, noise), effects)
-    step_deg, code = code_found(signatures)
-    lost = any(signature.found and signature.effect == "lost_samples" for signature in signatures)
-    over = [_bridge(pair) if lost else _same for pair in pairing.pairs]
-    middle = _same if code is ConverterCode.NEAREST else partial(centred, step_deg=step_deg, code=code)
-    if lost or code is not ConverterCode.NEAREST:
-        pairing = paired_anew(question, pairing, [_both(middle, bridge) for bridge in over], over)
-    expected = expect(question.kind, question.sister, question.model, pairing)
-    shown = [signature for signature in signatures if signature.found]
+    expected = expect(question.kind, question.sister, question.model, _repaired(question, pairing, signatures))
     expected = replace(
         expected,
-        signatures_deg2=sum(signature.smoothed_deg2 for signature in shown),
-        step_deg=step_deg,
+        signatures_deg2=sum(signature.smoothed_deg2 for signature in signatures if signature.found),
+        step_deg=code_found(signatures)[0],
         known_hz=question.known_hz,
     )
     fitting = [effect for effect in effects if not effect.signature]
     return signatures, *BothFactors(question, fitting).judged(expected)
+
+
+def _repaired(question: Question, pairing: Pairing, signatures: Sequence[Signature]) -> Pairing:
+    """The pairs without what the raw-data tests found in their samples: lost samples are bridged, in the earlier days
+    as well, and readings of a converter that cuts off are put into the middle of their codes."""
+    step_deg, code = code_found(signatures)
+    lost = any(signature.found and signature.effect == "lost_samples" for signature in signatures)
+    if not lost and code is ConverterCode.NEAREST:
+        return pairing
+    bridges = [_bridge(pair) if lost else _same for pair in pairing.pairs]
+    centre = _same if code is ConverterCode.NEAREST else partial(centred, step_deg=step_deg, code=code)
+    return paired_anew(question, pairing, [_both(centre, bridge) for bridge in bridges], bridges)
 
 
 def _fingerprint(question: Question) -> Fingerprint | None:
@@ -169,9 +173,9 @@ def _bridge(pair: Pair) -> Repair:
 
 
 def paired_anew(question: Question, pairing: Pairing, of_case: Sequence[Repair], of_days: Sequence[Repair]) -> Pairing:
-    """Paired anew with each pair's record mended, and its earlier days; what was found out while the records were
-    paired first stands. As they are, where one that could be used no longer can: straight lines over nearly all rows of
-    a sensor that hardly ever changes are no course of it."""
+    """Paired anew with repaired records (`of_case` and `of_days`: a repair for each pair). What the first pairing found
+    out stands. The first pairing where the repair leaves a record that cannot be used any more: straight lines over
+    nearly all rows of a sensor that hardly ever changes show nothing of it."""
     pairs = pairing.pairs
     records = [repair(pair.raw) for pair, repair in zip(pairs, of_case, strict=True)]
     days = [

@@ -1,7 +1,8 @@
-"""Every number that decides in the likelihood: with its unit, its source, and what moves if it moves.
+"""Every number that decides in the likelihood and in what an answer keeps of it: with its unit, its source, and what
+moves if it moves. The numbers of records, raw-data tests, plans and words stand in the `settings.py` of those rooms.
 
-What can be fitted stands in `priors.yaml` beside this file, written by the commands of docs/how-to/refit_the_priors.md,
-each with the provenance of its part; what is a choice stands here.
+What is a choice stands here. What can be fitted stands in `priors.yaml` beside this file, written by the commands of
+docs/how-to/refit_the_priors.md, each part with its provenance; `Fitted` below is that file as data.
 """
 
 import math
@@ -141,7 +142,8 @@ simulator nothing is no answer to one, and a name that leaves one is not all the
 rig by as much is worth a line. More: a valve's fault passes for all that is wrong, and what nobody knows for what
 simulators miss."""
 EITHER_CHANCE = 0.5
-"""Trust in a name beside which something else may have done the same: one of two."""
+"""Probability that is left of a name where something that is no hypothesis may have done the same. More: a clipped
+sensor or another P0 takes less off a confidence."""
 LEAST_CLOSED = 0.02
 """Share of its own factor's gap that a named effect closes at least: less reads as "loses 0 % of its pressure", and
 something unknown is there."""

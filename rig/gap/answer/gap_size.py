@@ -1,4 +1,4 @@
-"""How large the gap is where it was found, what is left of it, and between what further records will lie."""
+"""How large the gap is, what is left of it with the causes, and the interval in which further records will lie."""
 
 from collections.abc import Sequence
 
@@ -23,8 +23,8 @@ def gap_of(
     floor: float,
     interval: tuple[float, float] | None,
 ) -> Gap:
-    """The gap where it was found: that of the samples where nothing but these shows it, for it is hardly any when
-    `smoothed`. All in deg, rms; `interval` on further records, None where what is `remaining` holds there too."""
+    """The gap: that of the smoothed angle (`smoothed`, and `remaining` with the causes), or that of the raw samples
+    where nothing else shows it. All in deg, rms. `interval`: for further records; None: what remains holds for them."""
     raw = all(cause.judged_on == SIGNATURE for cause in causes)
     before, after = _gap_of_samples(causes) if causes and raw else (smoothed, remaining)
     low, high = interval or (after, after)
@@ -43,8 +43,8 @@ def gap_of(
 
 
 def predicted(kept: Sequence[Kept], before: float, floor: float, far: HowFar, settings: Fitted) -> tuple[float, float]:
-    """Between what rms (deg) further records, each counting alike, will lie with the kept effects in the simulator;
-    what is left of these, where a long one counts for more, lies between as well."""
+    """The interval of the rms (deg) that further records will show with the kept effects in the simulator. It always
+    holds what is left on the records at hand."""
     rho = max(one.fit.effect.roughness(settings.prior, one.fit.law) for one in kept)
     low, high = prediction_interval(Shrunk(before, floor, far.per_record_deg2, rho), settings.prediction)
     return min(low, far.after_deg), max(high, far.after_deg)
@@ -58,8 +58,8 @@ def _gap_of_samples(raw: Sequence[Cause]) -> tuple[float, float]:
 
 
 def _explained(kept: Sequence[Kept], before: float, after: float, floor: float) -> float:
-    """(G - E) / (G - F) in mean squares of the angle where it stands above the floor; else of what the causes were
-    found on."""
+    """Share of the gap that the causes explain: (G - E) / (G - F) in mean squares of the angle (gap before, gap after,
+    floor), where the gap stands above the floor; else the share of what the causes were found on."""
     if not kept:
         return 1.0 - (after / before) ** 2
     if after < before and before > ABOVE_FLOOR * floor:

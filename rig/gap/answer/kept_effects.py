@@ -1,5 +1,5 @@
-"""Which of the likeliest effects an answer keeps: those that close something, and without which the simulator follows
-the records no better."""
+"""Which of the likeliest effects an answer keeps: those that close some of the gap, and that make the simulator follow
+the records better, or at least not worse."""
 
 from collections.abc import Callable, Sequence
 from functools import cache
@@ -17,8 +17,8 @@ from rig.gap.settings import BEHIND_CLOSES, LEAST_CLOSED, SPOILT
 
 
 def kept_effects(findings: Findings, before: float) -> list[Kept]:
-    """The named effects that close something, without any that makes the simulator, with the others in it, follow these
-    records worse."""
+    """The named effects that close some of the gap. One after the other those are dropped without which the simulator,
+    with the others in it, follows these records better."""
     named = [(posterior, fit) for posterior, fit in findings.named if share_closed(posterior, fit) > LEAST_CLOSED]
     left = cache(lambda *some: _left(findings, [named[k][1] for k in some], before))
     beside = cache(lambda *some: _left_beside_pressures(findings, [named[k] for k in some]))
@@ -29,13 +29,13 @@ def kept_effects(findings: Findings, before: float) -> list[Kept]:
 
 
 def dropped_effects(findings: Findings, kept: Sequence[Kept]) -> list[tuple[Posterior, Fit]]:
-    """The effects that are the likeliest of their factor and close something of it, and are not named because the
+    """The likeliest effects of their factors that close some of its gap, and that the answer does not keep because the
     simulator is no better with them."""
     return [one for one in effects_not_kept(findings, kept) if share_closed(*one) > LEAST_CLOSED]
 
 
 def effects_not_kept(findings: Findings, kept: Sequence[Kept]) -> list[tuple[Posterior, Fit]]:
-    """The effects that are the likeliest of their factor and are not named."""
+    """The likeliest effects of their factors that the answer does not keep."""
     return [(posterior, fit) for posterior, fit in findings.named if not any(fit is one.fit for one in kept)]
 
 
@@ -53,9 +53,9 @@ def _open_to_doubt(
     named: Sequence[tuple[Posterior, Fit]],
     beside: Callable[..., float],
 ) -> list[int]:
-    """Which of the kept effects the simulator may be better off without: those found on the angle, but for any that
-    closes the larger part of the gap beside the measured pressures, where an effect ahead of them is named as well. A
-    law of the valves that is rough speaks against none of those."""
+    """Which of the kept effects may be dropped: those found on the angle. Where an effect ahead of the monitors is
+    named as well, those that close the larger part of the gap under the measured pressures stay in any case: that the
+    law of the valves is rough does not speak against them."""
     behind = [k for k in kept if named[k][0].problem.name != PRESSURES]
     if not findings.expected.driven or len(behind) == len(kept):
         return behind
@@ -63,8 +63,8 @@ def _open_to_doubt(
 
 
 def _spoiler(kept: tuple[int, ...], doubtful: Sequence[int], left: Callable[..., float]) -> int | None:
-    """Which of the doubtful effects the simulator is better off without, most of all; None where it needs each beside
-    the others: friction hides what a larger gain of a valve does, and the other way round."""
+    """The doubtful effect without which the simulator is best; None where it is better with each of them. They are
+    tried beside the others: friction hides what a larger gain of a valve does, and the other way round."""
     together = left(*kept)
     without = {k: left(*_but(kept, k)) for k in doubtful}
     spoilt = {k: rms_deg for k, rms_deg in without.items() if together > SPOILT * rms_deg}

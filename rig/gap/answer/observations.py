@@ -1,8 +1,8 @@
-"""What is seen and explains little or nothing of the gap: what raw-data tests found, unless it makes up the gap or
-nothing else does, and what a simulator usually lacks of a healthy rig.
+"""Observations: what is seen and explains little or nothing of the gap. Raw-data tests find some; others are effects no
+larger than a simulator usually lacks them of a healthy rig.
 
 A converter's step, noise, a line or lost samples are facts about the samples. They explain why simulator and rig differ
-only as far as they make up that difference.
+only as far as they make up that difference: where they do, or where nothing else is found, they are causes.
 """
 
 from collections.abc import Sequence
@@ -42,11 +42,11 @@ class JudgedSignatures:
 def judged_signatures(
     signatures: Sequence[Signature], expected: Expected, gap_deg: float, else_found: bool
 ) -> JudgedSignatures:
-    """Which signatures are causes. `gap_deg`: rms of the smoothed records' gap; `else_found`: whether that shows
-    anything.
+    """Which of the signatures that were found are causes, and which only observations. `gap_deg`: rms of the smoothed
+    records' gap; `else_found`: whether anything was found in that.
 
-    Beside the raw samples of an earlier day a signature that stands alone is what has changed; without them it must
-    make up some of the gap.
+    A signature is a cause where it makes up some of the gap; and, beside the raw samples of earlier days, where nothing
+    else is found: then it is what has changed.
     """
     causes, observations = [], []
     compared = any(pair.raw_days for pair in expected.pairs)

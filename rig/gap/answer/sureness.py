@@ -13,17 +13,18 @@ from rig.gap.settings import EITHER_CHANCE
 
 
 def confidence_of(findings: Findings, kept: Sequence[Kept], raw: Sequence[Cause], *, doubted: int) -> float:
-    """Probability that what is said of every factor is right, of something unknown beside an effect as well. Where the
-    likeliest effect was dropped it is that there is something at all. One of two for each that was, and for each of the
-    `doubted`: what is said of something unknown because of the degrees that are left, or of the raw samples, and has no
-    probability."""
+    """Probability that the whole answer is right: the product over the factors (`right_of_each`) and over the causes in
+    the raw samples. It is halved for each likeliest effect that was dropped, and for each of the `doubted` statements:
+    those on something unknown that have no probability of their own, because of the degrees that are left or because of
+    the raw samples."""
     chances = right_of_each(findings, kept) + [EITHER_CHANCE] * (len(dropped_effects(findings, kept)) + doubted)
     return float(np.prod([*chances, *(cause.confidence for cause in raw)]))
 
 
 def right_of_each(findings: Findings, kept: Sequence[Kept]) -> list[float]:
-    """Probability that what is said of each factor is right: its likeliest hypothesis and what stands beside that, or
-    that there is something at all."""
+    """Of each factor the probability that what the answer says of it is right: that its likeliest hypothesis holds, and
+    that something unknown is, or is not, beside it as said. Where the likeliest effect was dropped, that there is
+    something at all."""
     nameless = [id(posterior) for posterior, _ in dropped_effects(findings, kept)]
     return [
         1.0 - one.probability[NONE]
@@ -34,13 +35,13 @@ def right_of_each(findings: Findings, kept: Sequence[Kept]) -> list[float]:
 
 
 def trust(pairing: Pairing, name: str) -> float:
-    """What is left of an effect's probability where something that is no hypothesis may have done the same: a sensor
-    that cuts off its values, another commanded P0."""
+    """Factor on an effect's probability: below 1 where something that is no hypothesis may have done the same, as a
+    clipped sensor or another commanded P0."""
     return EITHER_CHANCE if doubts_of(pairing, name) else 1.0
 
 
 def doubts_of(pairing: Pairing, name: str) -> tuple[str, ...]:
-    """The notes that take a name back by half."""
+    """The notes that make an effect half as sure: they tell of something that may have done the same."""
     if name == NONE:
         return ()
     return pairing.clipped + (pairing.elsewhere if name != UNKNOWN and LIBRARY[name].as_another_p0 else ())

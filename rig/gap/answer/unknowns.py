@@ -1,5 +1,5 @@
-"""Where an answer says that something unknown is there: because it is the likeliest, or because of the degrees that the
-named effects leave."""
+"""Where an answer says that something unknown is there: because that is likeliest, or because the named effects leave
+too many degrees of the gap."""
 
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
@@ -20,9 +20,9 @@ class Unknowns:
     suspected: list[Cause]
     """By the likelihood."""
     by_degrees: list[Cause]
-    """By the degrees that are left, which have no probability."""
+    """Because of the degrees that are left: without a probability of its own."""
     below_floor: list["Small"]
-    """Suspected where nothing stands above the floor: told in the notes, and no causes."""
+    """Suspected where nothing stands above the floor: notes, and no causes."""
 
     @property
     def causes(self) -> list[Cause]:
@@ -40,7 +40,7 @@ class Unknowns:
 
 @dataclass(frozen=True)
 class Small:
-    """Something unknown that is suspected and is no gap."""
+    """Something unknown that is suspected and too small to be a gap."""
 
     cause: Cause
     why: str
@@ -52,11 +52,12 @@ class _Suspect:
 
     cause: Cause
     left: float | None = None
-    """Floors that what is named leaves beyond all that may differ; None where it stands in the place of a name."""
+    """What the named effect leaves beyond all that may differ on a healthy rig, in floors; None where no effect is
+    named."""
 
 
 def unknowns(findings: Findings, kept: Sequence[Kept], before: float, after: float, floor: float) -> Unknowns:
-    """What is unknown where the kept effects take the gap from `before` to `after`; all in deg, rms."""
+    """What is unknown when the kept effects take the gap from `before` to `after`; all in deg, rms."""
     suspected = _suspected(findings, kept, before)
     standing, below = list[Cause](), list[Small]()
     for one in suspected:
@@ -65,19 +66,21 @@ def unknowns(findings: Findings, kept: Sequence[Kept], before: float, after: flo
         else:
             standing.append(one.cause)
     by_degrees = [] if standing else _larger_part(kept, before, after, floor)
-    told = {cause.judged_on for cause in (*(one.cause for one in suspected), *by_degrees)}  # as a cause or in a note
-    by_degrees += _beyond_the_class(findings, before, told)
+    stated = {cause.judged_on for cause in (*(one.cause for one in suspected), *by_degrees)}  # as a cause or in a note
+    by_degrees += _beyond_the_class(findings, before, stated)
     return Unknowns(standing, by_degrees, below)
 
 
 def _why_no_gap(
     findings: Findings, suspect: _Suspect, kept: Sequence[Kept], before: float, after: float, floor: float
 ) -> str:
-    """Why nothing stands above the floor for what is suspected to be something unknown; empty where something does.
-    Nothing does where the named causes leave no gap beyond all that may differ of what it was found on; where they
-    leave none at all (rms in deg: `before` and `after`), or there was none, and none in what it was found on. It is
-    told in the notes, and is no cause; never where nothing is named and it may be an effect that was not asked
-    about."""
+    """Why a suspect is only a note, and no cause: nothing stands above the floor for it. Empty where something does.
+
+    That is so where the named effect leaves nothing beyond all that may differ on the suspect's factor; or where the
+    gap (rms in deg, `before`) goes below the floor with the named effects (`after`); or where there was none, neither
+    in the angle nor on the suspect's factor. It is never so where nothing is named and not all effects were asked
+    about: the suspect may be one of the others.
+    """
     if suspect.left is not None and suspect.left <= ABOVE_FLOOR:
         return "beyond all that may differ, nothing is left above the floor"
     above = ABOVE_FLOOR * floor
@@ -107,8 +110,8 @@ def _suspected(findings: Findings, kept: Sequence[Kept], before: float) -> list[
 
 
 def _larger_part(kept: Sequence[Kept], before: float, after: float, floor: float) -> list[Cause]:
-    """Something unknown that makes up the larger part of a gap: see `explains_too_little`. Where nothing is closed of a
-    large one it lies behind the monitors: the pressures are explained."""
+    """Something unknown where the kept effects explain too little of the gap (`explains_too_little`). Where they close
+    nothing of the angle's gap and yet explain the pressures, it lies behind the monitors."""
     if not kept or after <= ABOVE_FLOOR * floor:
         return []
     share, weakest = min(((share_closed(one.posterior, one.fit), one) for one in kept), key=lambda pair: pair[0])
@@ -122,10 +125,12 @@ def _larger_part(kept: Sequence[Kept], before: float, after: float, floor: float
 
 
 def _beyond_the_class(findings: Findings, before: float, stated: Collection[str]) -> list[Cause]:
-    """Something unknown on each factor of which none is `stated` yet, although a reference that differs in all that it
-    may still leaves more than FAR floors, with the likeliest effect in it where that is one: by so much no healthy rig
-    misses it, and what the likelihood takes for a law that is rougher than usual, or for a build that is missed by
-    more, is something that has no name (docs/decisions/0661, 0662, 0665)."""
+    """Something unknown on each factor on which more than FAR floors are left, unless it is `stated` already.
+
+    What is left is what neither the likeliest effect nor all that may differ on a healthy rig takes up. No healthy rig
+    leaves so much. The likelihood may take it for a law that is rougher than usual, or for a build that its simulator
+    misses by more; it is something that has no name (docs/decisions/0661, 0662, 0665).
+    """
     judged = {one.problem.name: one for one in findings.posteriors}  # of two effects the second, which knows the first
     return [
         _unknown_on(one, before, [one.best] if one.fit else [])
@@ -135,31 +140,31 @@ def _beyond_the_class(findings: Findings, before: float, stated: Collection[str]
 
 
 def explains_too_little(before: float, after: float, floor: float, share: float) -> bool:
-    """Whether effects that take a gap (rms in deg) from `before` to `after` leave something unknown: where they close
-    less of it than they leave; or nothing of it, and it is large, or they not even half of what they were found on (the
-    least `share` of each)."""
+    """Whether effects that take a gap (rms in deg) from `before` to `after` explain too little of it: they close less
+    than they leave. Where they close nothing, it is too little if the gap is large, or if one of them closes less than
+    half of what it was found on (`share`: of the effect that closes least)."""
     if after < before:
         return closes_little(before, after, floor)
     return share < LEAST_EXPLAINED or after > FAR * floor
 
 
 def closes_little(before: float, after: float, floor: float) -> bool:
-    """Less than LEAST_EXPLAINED of what stands above the floor, in the degrees that somebody at the rig reads: that
-    leaves more unexplained than it explains, however rough a law may be."""
+    """Whether less than LEAST_EXPLAINED of what stands above the floor is closed, in degrees and not in their squares:
+    more is then unexplained than explained, however rough a law may be."""
     return before - after < LEAST_EXPLAINED * (before - floor)
 
 
 def unknown_cause(
     stage: str, judged_on: str, gap_deg: float, near: Sequence[str] = (), chance: float = EITHER_CHANCE
 ) -> Cause:
-    """Something unknown, which closes nothing of the gap (rms); `near`: what is most like it. Where it has no
-    probability of its own it is believed half."""
+    """Something unknown, which closes nothing of the gap (rms). `near`: the effects most like it. Without a probability
+    of its own it has EITHER_CHANCE."""
     return Cause(UNKNOWN, stage, judged_on, None, {}, gap_deg, gap_deg, 0.0, tuple(near), chance)
 
 
 def _unknown_on(posterior: Posterior, gap_deg: float, near: Sequence[str], chance: float = EITHER_CHANCE) -> Cause:
-    """The same on a factor: at the stage of what is nearest, and where that is like no effect ahead of the monitors or
-    behind them."""
+    """Something unknown on a factor: at the stage of the nearest effect; without one, or where
+    the monitors alone show it, at the valves for the pressures and at the joint for the angle."""
     factor = posterior.problem.name
     nowhere = "valve" if factor == PRESSURES else "joint"
     stage = posterior.fits[near[0]].effect.stage if near and posterior.monitors_alone <= EVEN_CHANCE else nowhere

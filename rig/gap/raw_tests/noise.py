@@ -111,14 +111,14 @@ class _Against:
     plainly: bool
     """The level is louder than days and chance make it."""
     p_value: float | None
-    """Of so much or more by chance; None where nothing is known."""
+    """Probability of so much or more by chance; None where no level is known."""
     variance_spread: float
-    """Standard deviation (deg2) of by how much the level's square exceeds the usual one, halved."""
+    """Half the standard deviation (deg2) of the difference between the squares of the level and the usual one."""
 
 
 def _against(own: float, levels: Sequence[float], unsure: float) -> _Against:
-    """A level (deg) beside the known ones; `unsure`: by how much a level differs by the count of its rows, where no
-    days show it by how they differ; share of the level."""
+    """A level (deg) beside the known ones. `unsure`: its standard deviation because of its few rows, as a share of it;
+    0 where days show by how much levels differ."""
     known = bool(levels) and min(levels) > 0.0 and own > 0.0
     usual = rms(np.array(levels)) if levels else 0.0
     between, degrees = between_days(np.log(levels).tolist() if known else [], DAYS_NOISE)
@@ -186,9 +186,9 @@ def _where_it_was_read(record: Record, motion: Column, rows: float) -> Column:
 
 
 def _as_sampled(measure: Measure, cases: Sequence[Record], session: Sequence[Record]) -> float:
-    """A session's noise as the case's rows would show it: with what of the motion their differences let through, where
-    they lie elsewhere than the session's. Medians of both together are no sum of theirs, so noise of that level is
-    drawn, always the same."""
+    """The noise of a session as it would show in rows that lie as the case's do. Where these are further apart or less
+    even, their differences let some of the motion through. A median of noise and motion together is not the sum of
+    theirs, so noise of the session's level is drawn, the same each time, and measured on the motion."""
     level = measure(angles_of(session))
     pairs = [(case, day, _elsewhere(case, day)) for case, day in zip(cases, session, strict=True)]
     if not any(elsewhere for *_, elsewhere in pairs):

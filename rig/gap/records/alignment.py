@@ -39,8 +39,8 @@ APART = Alignment(np.inf, 0.0)
 
 
 def align(record: Record, other: Record) -> Alignment:
-    """The shift that fits the commands best, 0 where they fit as they are; `off` is infinite where nothing overlaps
-    enough."""
+    """The shift with which the commands fit best; 0 where they fit as they are. `off` is infinite where they do not
+    overlap enough."""
     length = min(_length_s(record), _length_s(other))
     if length < OVERLAP * max(_length_s(record), _length_s(other)) and length < SHORTEST_S:
         return APART

@@ -49,7 +49,8 @@ class Dropouts:
     fallen: Rows
     """(n,) True where a sample fell."""
     at_rail: Rows
-    """(n,) True wherever it reads the rail for a moment: beside falls nobody can tell which of these are true."""
+    """(n,) True wherever the column reads the rail for a moment, falls included: where samples fall, nobody can tell
+    which of the other readings there are true."""
     visible: Rows
     """(n,) True where the column is far enough from the rail for a fall to be told from its own motion."""
     bursts: int
@@ -60,9 +61,9 @@ class Dropouts:
 def without_dropouts(records: Sequence[Record]) -> tuple[list[Record], list[tuple[Dropouts, ...]]]:
     """The records of one day with fallen samples missing (NaN), and what was taken out of each.
 
-    A rail is one value of the sensor for all records of a day, whatever zero each of them took; every rail of a column
-    (zero, its lowest and its highest value) is looked at, those that the samples cannot tell apart as one. Falls of the
-    angle may be seen through a filter.
+    A rail is one value of the sensor for all records of a day, whatever zero each of them took. Zero and the lowest and
+    the highest value of a column are tried as rails; those that the samples cannot tell apart count as one. Falls of
+    the angle are found behind a filter as well.
     """
     found = [_in_columns(records, name) for name in MEASURED]
     kept = [tuple(one for column in found for one in column[k]) for k in range(len(records))]
@@ -233,8 +234,9 @@ def _largest_own_step(column: Column, at_rail: Rows) -> float:
 
 
 def _falls(column: Column, at_rail: Rows, jump: float, longest: int) -> tuple[Rows, Rows, int]:
-    """(n,) True in the bursts that begin with a jump of at least `jump` and come back to where they began, a filter's
-    way back included; (n,) True in those and in every stay at the rail of at most `longest` rows; how many bursts."""
+    """Three things: (n,) True in bursts that begin with a jump of at least `jump` and come back to where they began;
+    (n,) True in these, in the rows that a filter takes to come back, and in every other stay at the rail of at most
+    `longest` rows; and the number of bursts."""
     fallen, moments, bursts = np.zeros(len(column), dtype=bool), np.zeros(len(column), dtype=bool), 0
     edges = np.flatnonzero(np.diff(np.concatenate([[False], at_rail, [False]]).astype(np.int8)))
     for start, end in zip(edges[::2], edges[1::2], strict=True):
@@ -250,9 +252,9 @@ def _falls(column: Column, at_rail: Rows, jump: float, longest: int) -> tuple[Ro
 
 
 def _back_at(column: Column, start: int, end: int, jump: float) -> int | None:
-    """The first row after a stay at the rail that reads as before it, at most RECOVERY_ROWS after its end; None when it
-    is no fall. At either end of the record one jump is all there is to see: what lies on its other side must last, or
-    it is that which stands out."""
+    """The first row after a stay at the rail (rows `start` to `end`) that reads as before it, at most RECOVERY_ROWS
+    later; None when the stay is no fall. At either end of the record only one jump can be seen: there the two rows
+    beyond the jump must be alike, else these are what stands out."""
     before = column[start - 1] if start > 0 else column[end]
     depth = abs(before - column[start])
     if not depth > jump:

@@ -1,7 +1,7 @@
 """A first-order filter between what falls and what is read: an RC before the converter, say.
 
-What falls abruptly comes back abruptly, so that all that is left of it dies away by the same share from row to row: the
-filter's own. Undone, the falls are what they were (and the noise is larger).
+A sample that falls comes back at once. Behind a filter the rest of the fall dies away by the same share from row to
+row, which is the filter's. With the filter undone the falls are what they were (and the noise is larger).
 """
 
 from collections.abc import Sequence

@@ -1,9 +1,8 @@
-"""Stretches of a record without rows: the command of the same sweep on another day stands for what was written there,
-a straight line where nobody knows.
+"""Stretches of a record without rows. Their command is taken from the same sweep on another day, else it is a straight
+line; what was measured stays missing, and the pressures that drive the joint there are another day's or the set-points.
 
-What was measured stays missing; the pressures that drive the joint meanwhile are another day's, or the set-points.
-After a command that nobody knows the rows count again once the command has gone through its range: a full excursion
-wipes out what a hysteresis remembers (Mayergoyz 1991, the wiping-out property).
+Where no day knows the command, the rows behind the hole count again only once the command has gone through its range: a
+full excursion wipes out what a hysteresis remembers (Mayergoyz 1991, the wiping-out property).
 """
 
 from collections.abc import Sequence
@@ -47,7 +46,8 @@ def with_rows(record: Record, others: Sequence[Record]) -> Record:
 
 
 def unsettled(record: Record, others: Sequence[Record], t_s: Column) -> Rows:
-    """(n,) True at times after a hole whose command nobody knows, until the command has gone through its range."""
+    """(n,) True in a hole whose command no other record knows, and behind it until the command has gone through its
+    range."""
     rows = np.zeros(len(t_s), dtype=bool)
     for start, end in holes_of(record, LONGEST_GAP_S):
         if any(_knows(other, start, end) for other in others):

@@ -1,7 +1,7 @@
-"""Earlier days that do not go with the others: the rig was not well then, or it was another rig.
+"""Earlier days that disagree with the others: the rig had a fault on that day, or it was another rig.
 
-Taken for healthy, such a day makes the rig's days differ by as much as its illness changes, and a rig that has it again
-differs from them by no more than that. Nothing of the records under test is looked at here.
+Taken for healthy, such a day would make the rig's days differ by as much as the fault does, so that the same fault on
+the day under test would stay within what days differ by. The records under test are not looked at here.
 """
 
 from collections.abc import Mapping, Sequence

@@ -1,8 +1,8 @@
 """An input that comes open: a cable breaks contact for some samples, and the converter's input runs away meanwhile.
 
-From row to row it keeps a share of its distance to where it runs, so that a short fall does not reach that rail, and
-each sample that falls lies on one straight line over what was read before it: v = rail + kept (before - rail). Unlike a
-filter's, its way back is abrupt.
+It runs towards a rail, and from row to row a share of its distance to the rail is left: v = rail + kept (before -
+rail). So a short fall does not reach the rail, and all samples that fall lie on one straight line over what was read
+before them. Unlike behind a filter, the way back is abrupt.
 """
 
 from collections.abc import Sequence

@@ -1,5 +1,5 @@
-"""Outliers: a sample, or up to three, that stand far from both neighbours and that the joint cannot have gone to and
-come back from. They are taken out before anything is computed, and said.
+"""Outliers: up to three samples in a row that stand so far from both neighbours that the joint cannot have gone there
+and come back. They are taken out before anything is computed, and reported.
 
 A pulse on the sensor's line is one; samples that fall to the same rail again and again are drop-outs
 (`rig.gap.records.dropouts`), and many that scatter are noise, which is left as it is.
@@ -77,8 +77,8 @@ def outliers(column: Column) -> Rows:
 
 
 def _excursions(values: Column, width: int) -> Rows:
-    """(n,) True in stays of `width` samples on one side of both neighbours, all of them further than the column usually
-    goes and comes back in that time, or its converter's step."""
+    """(n,) True in runs of `width` samples that all lie on one side of both neighbours, by FAR_OUT times what the
+    column usually does in that time, or of its converter's step."""
     before, after = values[: -width - 1], values[width + 1 :]
     middle, last = 0.5 * (before + after), len(before)
     off = np.array([values[1 + row : 1 + row + last] - middle for row in range(width)])

@@ -1,6 +1,6 @@
-"""Monitors that show one value for a while, where they else flicker from row to row: an input that is not read anew,
-or a converter that hangs. What nobody measured is taken out before anything is computed, and said; as a pressure it
-would be a leak, or a regulator that does not move.
+"""Monitors that show one value for a while although noise usually moves them from row to row: an input that is not read
+again, or a converter that hangs. Those rows are taken out before anything is computed, and reported. As pressures they
+would look like a leak, or like a regulator that does not move.
 """
 
 from collections.abc import Sequence

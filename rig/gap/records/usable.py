@@ -58,8 +58,9 @@ def reasons(notes: Sequence[str]) -> str:
 
 
 def usable(record: Record, notes: list[str], kind: str = "") -> bool:
-    """Whether anything can be learnt from a record; what is to be said of it goes into the notes: why not, or that
-    nothing answers. `kind`: empty for the rig as it is now, else what an earlier day's record is called in a note."""
+    """Whether a record can be used. A note says why not, or that nothing answers, with which a record of the rig as it
+    is now can still be used. `kind`: what an earlier day's record is called in a note; empty for the rig as it is
+    now."""
     why, used = _badly_sampled(record) or _still(record), False
     angle = record.angle_deg
     if not why and angle is not None and not follows(record, angle, record.dp_cmd_mpa):
@@ -73,8 +74,8 @@ def usable(record: Record, notes: list[str], kind: str = "") -> bool:
 
 
 def early(records: Sequence[Record]) -> str:
-    """That a day's records together put the effect before its cause, in words; empty where they do not. Those that
-    cannot be read as a course over time are not asked."""
+    """A note where the records of a day together have an effect before its cause; empty where they have not. Records
+    whose rows are no course over time are left out."""
     read = [record for record in records if not _badly_sampled(record)]
     said = before_command(read)
     return f"{subject_of(read)}: {said}" if said else ""
@@ -158,10 +159,10 @@ def _runs_against(record: Record) -> bool:
 
 
 def check_reach(simulated: Sequence[Column], measured: Sequence[Column], pressure_ratio: float = 1.0) -> None:
-    """ModelError when a model moves (deg, (n,) a record) so much more or less than all records together that it must be
-    another rig's. One record alone says nothing: friction stops a joint where it is pushed little, a wrong unit is the
-    same in each. `pressure_ratio`: how many times as far as the rig's its pressures move, see `farther`; a regulator
-    that hardly fills is an effect."""
+    """ModelError when a model moves (deg, (n,) a record) so much more or less than the rig in all records together that
+    it must be another rig's. One record alone is no sign: friction may hold a joint that is pushed little, while a
+    wrong unit is the same in all. `pressure_ratio`: how many times as far as the rig's its pressures move (`farther`),
+    which is allowed for, because a regulator that hardly fills is an effect."""
     ranges = [math.hypot(*(float(np.ptp(column)) for column in columns)) for columns in (simulated, measured)]
     times, usual = ranges[0] / max(ranges[1], 1e-9), max(pressure_ratio, 1.0)
     if not 1.0 / STRANGE < times < usual * STRANGE:
@@ -172,9 +173,9 @@ def check_reach(simulated: Sequence[Column], measured: Sequence[Column], pressur
 
 
 def is_held(simulated: Sequence[Column], measured: Sequence[Column]) -> bool:
-    """Whether the joint moves so much less than a model says (deg, (n,) a record), in most of the records, because
-    something holds it: another unit, or another rig, is one factor in all records at all times, and what holds a joint
-    is not. In a single record the model may have left its range."""
+    """Whether the joint moves so much less than a model (deg, (n,) a record) because something holds it. With another
+    unit, or another rig, both courses have one shape in all records; a joint that is held has another. It counts where
+    most records show it: in a single one the model may have left its range."""
     moves_deg = [float(np.ptp(column)) for column in simulated]
     times = [moves / max(float(np.ptp(column)), 1e-9) for moves, column in zip(moves_deg, measured, strict=True)]
     if np.median(times) <= STRANGE or max(moves_deg) >= HALF_TURN_DEG:

@@ -1,8 +1,8 @@
 """The simulator with the named causes added: a model like any other, for `pamrig simulate` and the simulated rig; and
 how far the gap shrinks with it.
 
-The response model that names causes (`rig.gap.response.nominal`) propagates an effect to the angle better than a
-simulator does. What a user gets is the simulator's: so it is asked itself, on the records at hand.
+The response model by which causes are named (`rig.model.response.model`) propagates an effect to the angle better than
+a simulator does. What a user gets is the simulator with the causes: so that is run itself, on the records at hand.
 """
 
 from collections.abc import Sequence
@@ -105,9 +105,9 @@ def remaining_gap(model: Model | None, causes: Sequence[Applied], expected: Expe
 def beside_pressures(
     model: Model | None, ahead: Sequence[Applied], behind: Sequence[Applied], expected: Expected
 ) -> list[Column]:
-    """For each pair (n,) in deg, as `remaining_gap`, of causes `behind` the pressure monitors: of the angle's gap under
-    the pressures that were measured, so that what the simulator misses of those, with the causes `ahead` of them in it,
-    counts neither for nor against the others."""
+    """As `remaining_gap`, for each pair (n,) in deg, but of the angle's gap under the measured pressures, and less only
+    what the causes `behind` the monitors change. The simulator has the causes `ahead` of them in it before and after,
+    so that what it misses of the pressures counts neither for nor against those behind."""
     gaps = [pair.case.angle_deg - base for pair, base in zip(expected.pairs, expected.base, strict=True)]
     if model is None or not behind:
         return from_own_zeros(gaps, expected)

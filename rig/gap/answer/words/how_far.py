@@ -54,8 +54,8 @@ def _judged_on(diagnosis: Diagnosis) -> str:
 
 
 def _after(diagnosis: Diagnosis) -> tuple[str, str]:
-    """What is left, and the ends of its interval where there is one, to the same digit: that of the interval, or of how
-    far the gap falls, or of a quarter of what is left."""
+    """What is left, and its interval where there is one ("LOW to HIGH"), both to the same digit. The digit follows from
+    the smallest of the interval's width, how far the gap falls, and a quarter of what is left."""
     gap = diagnosis.gap
     low, high = gap.after_low_deg, gap.after_high_deg
     if not low < high:

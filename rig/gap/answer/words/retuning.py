@@ -44,10 +44,12 @@ def absorbed(diagnosis: Diagnosis) -> bool:
 
 
 def moves(tuning: Retuning, channels: Channels) -> list[str]:
-    """What moves as the simulator is fitted again, what closes most first: each parameter, those of both valves that
-    move alike as one, without those whose move is too small to be seen in the digits that a person is told, and the
-    curve and loop as a whole, which are the muscles' where the rig has any. Its share of what is closed is told where
-    each is a part of the whole: two that work against each other close more than all of it, one after the other."""
+    """What moves as the simulator is fitted again, a text each, what closes most first.
+
+    Parameters of both valves that move alike are one text. Moves that do not show in the printed digits are left out.
+    The muscles' parameters stand together as "curve and loop". Shares of what is closed are given where every share is
+    at most the whole: of two moves that work against each other one closes more than that.
+    """
     shared = []
     for move in _both_valves_as_one(tuning.moved):
         half, by = 0.5 * (move.high - move.low), move.after - move.before
@@ -63,8 +65,8 @@ def moves(tuning: Retuning, channels: Channels) -> list[str]:
 
 
 def _both_valves_as_one(moved: Sequence[ParameterMove]) -> list[ParameterMove]:
-    """The moves, those of both valves that come from and go to the same, as surely as it is known, as one: each closes
-    a part of what late pressures open, and told apart neither is the first."""
+    """The moves, with those of both valves as one where they come from and go to the same value within their
+    uncertainty. Late pressures are closed by both together: listed apart, neither would be the first."""
     by_name = {move.name: move for move in moved}
     found: list[ParameterMove] = []
     for move in moved:
@@ -84,7 +86,7 @@ def _alike(first: ParameterMove, second: ParameterMove) -> bool:
 
 
 def _together(first: ParameterMove, second: ParameterMove, name: str) -> ParameterMove:
-    """Two moves as one: in the middle of both, as surely as the surer, and what both close."""
+    """Two moves as one: the means of their values, the narrower interval, and the sum of what they close."""
     surer = min(first, second, key=lambda move: move.high - move.low)
     after, half = 0.5 * (first.after + second.after), 0.5 * (surer.high - surer.low)
     before, share = 0.5 * (first.before + second.before), first.share + second.share

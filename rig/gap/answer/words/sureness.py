@@ -35,9 +35,9 @@ def _otherwise(diagnosis: Diagnosis) -> str:
 
 
 def _rival(diagnosis: Diagnosis) -> tuple[str, float]:
-    """The most probable of what the answer does not say: another hypothesis, or something unknown beside it. It is how
-    probable it is in place of what the answer says of its factor, with all else as the answer has it: so that the two
-    can be added up."""
+    """The most probable alternative to the answer, in words, and its probability: another hypothesis on one factor, or
+    something unknown beside what is named there. All else is as in the answer, so that both probabilities can be
+    added."""
     rivals = [
         (
             {NONE: _nothing(diagnosis, factor), UNKNOWN: "something unknown"}.get(name, noun_of(name)),
@@ -56,7 +56,7 @@ def _rival(diagnosis: Diagnosis) -> tuple[str, float]:
 
 
 def _instead(diagnosis: Diagnosis, factor: Judged, chance: float) -> float:
-    """Probability of the whole answer with another hypothesis, of this chance, in place of what it says of a factor."""
+    """Probability of the whole answer if it had another hypothesis, of this `chance`, on this factor."""
     return diagnosis.confidence * chance / factor.right if factor.right > 0.0 else 0.0
 
 
