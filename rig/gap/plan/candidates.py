@@ -40,7 +40,8 @@ class SweepEnvelope:
 
 
 def envelope_within(contexts: Sequence[RecordContext], allowed: SweepEnvelope) -> SweepEnvelope:
-    """Of what is allowed, what records asked that there are: their rest pressures, and no more than their amplitude."""
+    """The part of what is `allowed` that the existing records used: their rest pressures, and at most their
+    amplitude."""
     rests = sorted({round(0.5 * float(np.median(t.pair.u1_mpa + t.pair.u2_mpa)), 3) for t in contexts})
     swing = max(float(np.ptp(context.pair.u1_mpa)) for context in contexts)
     return replace(allowed, swing_mpa=min(swing, MOST_SWING_MPA), rests_mpa=tuple(rests))
@@ -49,9 +50,8 @@ def envelope_within(contexts: Sequence[RecordContext], allowed: SweepEnvelope) -
 def candidates(
     envelope: SweepEnvelope, lengths_s: Sequence[float], grid_ns: int, made: "Waves | None" = None
 ) -> list[Entry]:
-    """Every record of the pool that stays inside the envelope on that grid, and at any period of a loop below it: a
-    sine is steeper between two rows than from row to row, by no more than where its steepest point lies on a row.
-    `made`: see `expand`."""
+    """Every record of the pool that stays inside the envelope on that grid, and in a loop of any shorter period: there
+    a sine may be steeper from row to row, which the slew limit allows for. `made`: see `expand`."""
     found: list[Entry] = []
     envelope = replace(envelope, slew_mpa_s=envelope.slew_mpa_s * float(np.sinc(2.0 * TOP_HZ * grid_ns * 1e-9)))
     for p0, length in itertools.product(envelope.rests_mpa, lengths_s):

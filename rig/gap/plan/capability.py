@@ -81,9 +81,9 @@ def named_separation(prior: Prior) -> float:
 
 @cache
 def seen_separation(prior: Prior, odds: Odds, choices: int, effects: int) -> float:
-    """Standard deviations from nothing at which an effect is seen with the chance CHANCE: its evidence must outweigh
-    the odds of no cause, and what any of `effects` would by chance at FALSE_ALARM_RATE (Markov's inequality on the
-    evidence ratio), after what the fit pays for its choices."""
+    """Standard deviations from nothing at which an effect is seen with the chance CHANCE. Its evidence must outweigh
+    the prior odds of no cause, and more than any of so many `effects` reaches by chance at FALSE_ALARM_RATE (Markov's
+    inequality on the evidence ratio); and the fit pays for its `choices` (Occam's factor)."""
     nats = max(odds.none, float(np.log(effects / FALSE_ALARM_RATE)))
     quantile = float(ndtri(CHANCE))
     found = needed_separation(nats, prior, quantile)

@@ -81,9 +81,9 @@ def expect_planned(rig: KnownRig, plans: Sequence[RunPlan]) -> Expected:
 
 
 def within(expected: Expected, angle_deg: tuple[float, float], simulator: Model | None) -> list[int]:
-    """The records in which the joint stays between two angles, as the reference expects and as the simulator says: the
-    reference is linear about the rest pressures and frequencies that it knows, and may be off by as much as it moves at
-    others. A simulator that diverges does not say that it stays."""
+    """The records in which the joint stays between two angles, both by the reference and by the simulator: the
+    reference is linear about the rest pressures and frequencies that it knows, and may be far off at others. Where the
+    simulator diverges the record is left out."""
     low, high = angle_deg
     if not np.isfinite(high - low):
         return list(range(len(expected.pairs)))
@@ -138,8 +138,8 @@ def known_rig(expected: Expected) -> KnownRig:
 
 
 def known_by(response: ResponseModel, days: Sequence[RecordContext], *, pressures: bool) -> KnownRig:
-    """The rig of earlier days: records of another kind are known as surely as by a fingerprint of them, and that misses
-    its own days."""
+    """The rig of earlier days, for records of other sweeps: they are known as surely as by a fingerprint of those days,
+    which itself misses the days by some degrees."""
     pairs = [context.pair for context in days]
     missed_deg = rms_of([context.reference.angle_deg - context.propagated for context in days], pairs)
     missed_mpa = [
@@ -160,7 +160,7 @@ def known_by(response: ResponseModel, days: Sequence[RecordContext], *, pressure
 
 
 def as_steady_as(rig: KnownRig, contexts: Sequence[RecordContext]) -> KnownRig:
-    """The same that repeats itself as closely as it does in these records."""
+    """The same rig, which repeats itself as closely as these records show."""
     of_angle = partial(angle_days, response=rig.response, driven=rig.pressures)
     anew_mpa = of_contexts(contexts, pressure_days).rms if rig.pressures else 0.0
     return replace(rig, anew_deg=of_contexts(contexts, of_angle).rms, anew_mpa=anew_mpa)

@@ -80,8 +80,8 @@ class Factor:
         return replace(self, healthy=self.healthy.with_patterns(self.lines.of(patterns)))
 
     def less_sure(self, times: Column, noise: Column) -> "Factor":
-        """The same where each line (l,), and what may differ in it, is known so many times less surely; its `noise`
-        (l,), a variance, is what it was."""
+        """The same where each line (l,) is known so many `times` less surely, and its patterns as well; the variance
+        that is `noise` (l,) stays."""
         known = self.healthy
         variance = known.variance + np.maximum(known.variance - noise, 0.0) * (times**2 - 1.0)
         return replace(self, healthy=replace(known, variance=variance, patterns=known.patterns * times[:, None]))
@@ -102,10 +102,13 @@ class Factor:
         return replace(self, healthy=healthy, floor=float(np.hypot(self.floor, np.sqrt(mean_square))))
 
     def at_least(self, rms: float) -> "Factor":
-        """The same for a reference that misses the records it was fitted to by `rms`: it misses these by no less, and
-        in the lines in which it answers, whatever is usual. (Spread evenly over all lines, the same mean square hides
-        what lies between the lines of the excitation and leaves those as sure as before.) That level is this rig's own,
-        and known as surely as records of their own say it, beside what is usual."""
+        """The same for a reference that misses the records it was fitted to by `rms`: it misses these by no less.
+
+        The variance is scaled up to that, so that it stays in the lines in which the reference answers. (Spread evenly
+        over all lines, the same mean square would hide what lies between the lines of the excitation, and leave those
+        as sure as before.) That level is this rig's own, so it adds LEAST_EFFECTIVE degrees of freedom to the usual
+        ones.
+        """
         variance = self.healthy.variance
         scale = rms**2 * float(self.lines.used.sum()) / float(variance.sum())
         if scale <= 1.0:
@@ -115,10 +118,13 @@ class Factor:
         return replace(self, healthy=healthy, floor=max(self.floor, rms))
 
     def of_its_class(self, settled: "Factor", spread: BuildSpread) -> "Factor":
-        """The same for a simulator whose class may miss this build by more than is usual: as well by as much as it
-        likeliest misses these records, once they are `settled`, if there is no gap; by the spectrum of that, blurred as
-        the spectrum of something unknown is. No simulator's class holds a rig exactly, and how far it is from one, and
-        at which frequencies, differs from build to build; so nothing and something unknown differ by size alone."""
+        """The same for a simulator whose class may miss this build by more than is usual.
+
+        No simulator's class holds a rig exactly, and by how much it misses one, and at which frequencies, differs from
+        build to build. So a second variance competes with the usual one (`Gaussian.as_well`): the residual's own
+        spectrum, blurred as that of something unknown is, at the likeliest level if there is no gap. Nothing and
+        something unknown then differ by size alone. `settled`: the factor with which that level is sought.
+        """
         healthy, gap = settled.healthy, settled.gap_lines
         shape = self.lines.envelope(gap, ENVELOPE_HZ, UNKNOWN_EVEN)
         usual = float(np.sum(healthy.variance)) / max(float(np.sum(shape)), 1e-300) * shape
@@ -132,14 +138,14 @@ class Factor:
         return replace(self, healthy=replace(self.healthy, as_well=more, log_chance=float(log_chances[best])))
 
     def of_any_build(self, spread: BuildSpread | None) -> "Factor":
-        """The same for a rig of a build that is not among those that the levels were fitted on: what may differ without
-        being a gap is known as surely as from so many builds."""
+        """The same for a rig of a build on which the levels were not fitted: their patterns are known with as many
+        degrees of freedom as there were builds."""
         return self if spread is None else replace(self, healthy=replace(self.healthy, pattern_degrees=spread.degrees))
 
     def standing_off(self, rms: float) -> "Factor":
-        """The same where each record may stand off as a whole by `rms`: for a reference that misses the records it was
-        fitted to by so much, because where a joint with hysteresis rests is a matter of what came before, and the first
-        that a model of it gets wrong; and for records that each took their own zero."""
+        """The same where each record may be offset as a whole, by `rms`. That is so of records that each took their own
+        zero; and of a reference that misses the records it was fitted to by so much, for where a joint with hysteresis
+        rests depends on what came before, and is the first thing that a model of it gets wrong."""
         if rms == 0.0:
             return self
         off = self.lines.of(np.full(sum(self.lines.rows), rms))[:, None]

@@ -34,18 +34,19 @@ class Expected:
     missed_deg: float = 0.0
     """Rms by which the reference misses the very records that it was made from, where that is known."""
     signatures_deg2: float = 0.0
-    """Mean square that hum and noise, which the raw-data tests found, leave in the smoothed angle: it is explained, and
-    no gap of the smoothed records."""
+    """Mean square that hum and noise leave in the smoothed angle, where the raw-data tests found them: they are
+    explained, and no gap of the smoothed records."""
     step_deg: float = 0.0
-    """A converter's step that those tests found; what rounding leaves is none either."""
+    """A converter's step that those tests found; what rounding leaves is no gap either."""
     planned: bool = False
     """The records are not made yet, and answer exactly as the reference expects."""
     anew_mpa: float = 0.0
     anew_deg: float = 0.0
-    """Rms by which planned records will be off for what the rig does not repeat; measured ones show it."""
+    """Rms by which planned records will be off because the rig does not repeat itself exactly; measured ones show
+    it."""
     unsure_lag_s: float = 0.0
-    """Lag that nobody knows because the records are coarser than the simulator's steps: when a command that stands
-    in one row was written, and whether it held until the next."""
+    """Lag that is not known because the records are coarser than the simulator's steps: they do not say when between
+    two rows a command was written."""
     misread: Misread | None = None
     """What the monitors misread, once the pressures have been judged."""
     known_hz: float = np.inf

@@ -1,10 +1,10 @@
-"""What the pressures' factor tells of the monitors, for the angle's: an offset that a valve's monitor shows is one
-doubt, not two.
+"""What the pressures' factor says of the monitors, for the angle's: an offset that a monitor shows is one uncertainty,
+not two.
 
-Of what a monitor shows off its expectation a share of the variance is the monitor's own error (fitted on healthy days,
-`Levels.monitors`); the rest is a pressure that is really there, and to that the muscles answer. The angle is expected
-under the measured pressures; so it is expected under them less what the monitors likely misread, and what stays in
-doubt of them is less. No effect is known here.
+Part of the offset is the monitor's own error: a share of its variance that was fitted on healthy days
+(`Levels.monitors`). The rest is a pressure that is really there, to which the muscles answer. So the angle is expected
+under the measured pressures less what the monitors likely misread, and what stays uncertain of them is less than
+before. No effect is known here.
 """
 
 from collections.abc import Sequence
@@ -23,7 +23,7 @@ SHOWN, OWN = "offset_mpa", "monitor_mpa"
 
 @dataclass(frozen=True)
 class Misread:
-    """What the monitors likely misread."""
+    """What the monitors likely misread, and how surely that is known."""
 
     offset_mpa: tuple[float, float]
     spread_mpa: float

@@ -92,8 +92,9 @@ def _by_day(contexts: Sequence[RecordContext], column: Callable[[int, RecordCont
 
 
 def own_factor(parts: Parts, days: Column, levels: FactorLevels, prior: Prior) -> Factor:
-    """The factor at the population's levels, or at those that two and more earlier days (n, K) give the rig itself.
-    Beside days it is unsure by how much days of this rig differ more or less than those of others."""
+    """The factor at the population's levels; with two and more earlier days (n, K) at the rig's own, as far as they
+    tell them. Beside days the levels themselves are uncertain: the days of one rig differ more than those of
+    another."""
     usual, count = parts.factor(levels, prior), days.shape[1]
     if count == 0:
         return usual
@@ -109,8 +110,8 @@ def own_factor(parts: Parts, days: Column, levels: FactorLevels, prior: Prior) -
 
 
 def own_floor(usual: float, days: Column, used: Column) -> float:
-    """Rms that a healthy day is off the mean of the earlier days (n, K): the population's `usual` one with the degrees
-    of freedom that it is worth, and one for every contrast of the rig's own."""
+    """Rms by which a healthy day is off the mean of the earlier days (n, K): the population's `usual` value weighted
+    with PATTERN_DEGREES degrees of freedom, and the rig's own with one for each contrast."""
     count = days.shape[1]
     if count < 2:
         return usual

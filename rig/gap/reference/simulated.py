@@ -17,9 +17,8 @@ from rig.record import Column
 
 
 def at_rest(model: Model, pairing: Pairing) -> Model:
-    """The model as it is asked about these records. Its P0 is that of its law of the mean pressure, and stays where the
-    records hold set-points, or have P0s of their own and several; where they hold only their difference around one, it
-    is around that."""
+    """The model with the P0 at which it is asked about these records. It keeps its own where they hold both set-points,
+    or lie around several P0s; records that hold only the difference are taken around the pairing's P0."""
     commanded = all(pair.raw.p1_cmd_mpa is not None and pair.raw.p2_cmd_mpa is not None for pair in pairing.pairs)
     rests = [taken_rest(pair.raw, pairing.p0_mpa) for pair in pairing.pairs]
     several = max(rests) - min(rests) > SHIFTED_MPA
@@ -40,10 +39,9 @@ def modelled(model: Model, pair: Pair) -> Modelled:
 
 
 def started(model: Model, pair: Pair, drive: Input, read_deg: float) -> Modelled:
-    """What the model says of a record in which the sensor read so much first. A joint that stands off its rest by its
-    friction begins where the simulator's sensor would read that; one whose sensor has moved since begins at its rest.
-    The reading does not tell which; what the simulator follows better afterwards does, whatever the mean of its
-    error."""
+    """What the model says of a record whose first reading is `read_deg`. Where that is not the joint's rest, either
+    friction holds the joint there, and the simulation begins at the reading; or the sensor has moved since, and it
+    begins at rest. Both are tried; the better one is that whose error varies less, whatever its mean."""
     own = _on_grid(model, pair, drive, read_deg)
     rest_deg = read_at_rest(model)
     if abs(read_deg - rest_deg) < LEAST_OFF * float(np.ptp(pair.case.angle_deg)):

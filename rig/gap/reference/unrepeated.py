@@ -41,24 +41,25 @@ class Unrepeated:
 
 
 def shown_by(contexts: Sequence[RecordContext], days_of: Callable[[Sequence[RecordContext]], Column]) -> Column:
-    """(n, K) a factor's columns on the earlier days; without days, (n, 1) the case's own. `days_of` gives them less
-    what a model says of them, so that periods of broken rows compare."""
+    """(n, K) a factor's columns on the earlier days; without days, (n, 1) those of the case. `days_of` gives columns
+    less what a model says of them: periods are compared whose rows do not lie at the same phases."""
     if contexts[0].pair.days:
         return days_of(contexts)
     return days_of([replace(context, pair=replace(context.pair, days=(context.pair.case,))) for context in contexts])
 
 
 def with_unrepeated(parts: Parts, contexts: Sequence[RecordContext], shown: Column) -> Parts:
-    """The same with what the earlier days did not repeat, of `shown` (n, K): once for these days, and once for the
-    case, which is no quieter. Without days, with what the case itself does not repeat: no simulator follows that."""
+    """The same with the variance of what the rig does not repeat, as the columns `shown` (n, K) tell it. Beside earlier
+    days it counts twice, for their mean and for the case; without days it is the case's own, which no simulator
+    follows."""
     own = unrepeated(parts.lines, _commands(contexts), shown)
     noise = np.maximum(parts.noise, own)
     return replace(parts, noise=noise + own if contexts[0].pair.days else noise)
 
 
 def of_contexts(contexts: Sequence[RecordContext], days_of: Callable[[Sequence[RecordContext]], Column]) -> Unrepeated:
-    """By how much the case differs from the mean of the earlier days for what neither repeats; without days, from
-    whatever repeats itself exactly. In the columns' unit."""
+    """By how much the case differs from the mean of the earlier days because the rig does not repeat itself; without
+    days, from something that repeats exactly. In the columns' unit."""
     pairs, count, shown = (
         [context.pair for context in contexts],
         len(contexts[0].pair.days),
