@@ -21,8 +21,9 @@ from typing import Any
 
 from rig.channels import EFFECTS_FACT, PNEUMATIC, Channels, check_channels
 from rig.channels import FACT as CHANNELS_FACT
-from rig.config import bounded, nearest_file, one_line, parse_yaml, read_text, structure, suggest
+from rig.config import nearest_file, one_line, parse_yaml, read_text, structure, suggest
 from rig.errors import ConfigError
+from rig.fields import bounded
 from rig.further_channels import FACT as FURTHER_FACT
 from rig.further_channels import Further, check_new, plain
 from rig.interfaces import Role

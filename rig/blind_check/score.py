@@ -4,6 +4,7 @@ given.
 Produces rows; counting them is `statistics`. Nothing here looks at more than one case.
 """
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any, Final
@@ -13,12 +14,12 @@ import numpy as np
 from rig.blind_check.modes import MODES
 from rig.blind_check.row import CaseKind, EffectFact, Facts, Row, Truth
 from rig.blind_check.source import Named, records_of
+from rig.columns import rms
 from rig.errors import RigError
 from rig.gap.answer.consistency import contradictions
 from rig.gap.answer.facts import Verdict
 from rig.gap.answer.settings import ABSORBED_SHARE
 from rig.gap.hypotheses.library import LIBRARY, UNKNOWN, effect_class
-from rig.gap.raw_tests.noise_levels import loudness
 from rig.record import Column, Record
 
 UNPREDICTABLE: Final = {name for name, effect in LIBRARY.items() if effect.signature}
@@ -144,7 +145,7 @@ def realised(
         if record.zeroed:
             columns = [column - np.mean(column) for column in columns]
         case, *others, change = columns
-        part = (loudness if stochastic else _course)(case, others, change)
+        part = (_noise if stochastic else _course)(case, others, change)
         gap, left, floor = gap + part[0], left + part[1], floor + part[2]
     return (gap - left) / (gap - floor) if gap > EXCITED**2 * floor else None
 
@@ -167,6 +168,22 @@ def _model_change(
     except RigError:
         return np.zeros(len(record))
     return np.zeros(len(record)) if before is None or after is None else np.asarray(after - before)
+
+
+def _noise(case: Column, healthy: Sequence[Column], change: Column) -> tuple[float, float, float]:
+    """(G, E, F) of the noise's rms (deg^2): case against healthy days, what is left with `change` (deg) added to these,
+    and between them."""
+    levels = [_noise_deg(day) for day in healthy]
+    base, now = float(np.mean(levels)), _noise_deg(case)
+    rows = min(len(change), *(len(day) for day in healthy))
+    predicted = float(np.mean([_noise_deg(day[:rows] + change[:rows]) for day in healthy]))
+    return (now - base) ** 2, (now - predicted) ** 2, float(np.var(levels))
+
+
+def _noise_deg(angle_deg: Column) -> float:
+    """Rms of white noise (deg) that would have the second differences of these angles (n,)."""
+    second = np.diff(angle_deg, 2)
+    return rms(second[np.isfinite(second)]) / math.sqrt(6.0)
 
 
 def _course(case: Column, healthy: Sequence[Column], change: Column) -> tuple[float, float, float]:

@@ -1,7 +1,8 @@
 """Configs: YAML in, plain dataclasses out, strictly. Pure Python throughout, so that it runs on the controller.
 
-A dataclass is the schema: its field names are the keys, its annotations the types, and `bounded` adds a range. Whatever
-is wrong ends in one ConfigError line: the file, the path of the key, what stands there and what is allowed.
+A dataclass is the schema: its field names are the keys, its annotations the types, and `rig.fields.bounded` adds a
+range. Whatever is wrong ends in one ConfigError line: the file, the path of the key, what stands there and what is
+allowed.
 """
 
 import dataclasses
@@ -14,10 +15,9 @@ from typing import Any, TypeVar
 
 from rig.config.wording import nearest_file, one_line, shown, suggest
 from rig.errors import ConfigError
-from rig.fields import bounded
 
 __all__ = [
-    "bounded", "check_regular", "finite", "load", "nearest_file", "one_line", "parse_yaml", "read_text", "read_yaml",
+    "check_regular", "finite", "load", "nearest_file", "one_line", "parse_yaml", "read_text", "read_yaml",
     "shown", "structure", "suggest", "unstructure",
 ]  # fmt: skip
 

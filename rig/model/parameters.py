@@ -15,8 +15,9 @@ from typing import Any
 import yaml
 
 from rig.channels import PNEUMATIC, Channels, check_channels
-from rig.config import bounded, read_yaml, structure, suggest, unstructure
+from rig.config import read_yaml, structure, suggest, unstructure
 from rig.errors import ModelError
+from rig.fields import bounded
 from rig.model.external.simulator import KIND as EXTERNAL
 from rig.model.external.simulator import PATIENCE_S, PYTHON, is_external
 from rig.model.external.simulator import load as load_external

@@ -1,4 +1,4 @@
-"""How much noise an angle has: by medians, by second differences, and by how much a change of it would be louder."""
+"""How much noise an angle has, by medians: white, coloured, and beside a converter's step."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -20,22 +20,6 @@ def span(columns: Sequence[Column]) -> float:
     """From the lowest to the highest value of all columns (n,), in their unit."""
     every = np.concatenate(list(columns))
     return float(np.nanmax(every) - np.nanmin(every))
-
-
-def high_rms(angle_deg: Column) -> float:
-    """Rms of white noise (deg) that would have the second differences of these angles (n,)."""
-    second = np.diff(angle_deg, 2)
-    return rms(second[np.isfinite(second)]) / math.sqrt(6.0)
-
-
-def loudness(case: Column, healthy: Sequence[Column], change: Column) -> tuple[float, float, float]:
-    """(G, E, F) of the noise's rms: case against healthy days, what is left with `change` (deg) added to them, and
-    between them."""
-    quiet = [high_rms(day) for day in healthy]
-    base, now = float(np.mean(quiet)), high_rms(case)
-    rows = min(len(change), *(len(day) for day in healthy))
-    predicted = float(np.mean([high_rms(day[:rows] + change[:rows]) for day in healthy]))
-    return (now - base) ** 2, (now - predicted) ** 2, float(np.var(quiet))
 
 
 Measure = Callable[[Sequence[Column]], float]

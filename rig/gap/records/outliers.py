@@ -29,7 +29,7 @@ def without_falls(
     """The records of one day with fallen samples and outliers missing (NaN), and what fell in each; outliers go into
     the notes."""
     risen, dropouts = without_dropouts(records)
-    return without_outliers(risen, notes, kind), dropouts
+    return [_without_outliers(record, notes, kind) for record in risen], dropouts
 
 
 def fall_notes(records: Sequence[Record], dropouts: Sequence[tuple[Dropouts, ...]]) -> list[str]:
@@ -42,12 +42,8 @@ def fall_notes(records: Sequence[Record], dropouts: Sequence[tuple[Dropouts, ...
     ]
 
 
-def without_outliers(records: Sequence[Record], notes: list[str], kind: str) -> list[Record]:
-    """The records with outliers missing (NaN); what was taken out goes into the notes."""
-    return [_cleaned(record, notes, kind) for record in records]
-
-
-def _cleaned(record: Record, notes: list[str], kind: str) -> Record:
+def _without_outliers(record: Record, notes: list[str], kind: str) -> Record:
+    """The record with outliers missing (NaN); what was taken out goes into the notes."""
     changed: dict[str, Column] = {}
     for name in MEASURED:
         column = getattr(record, name)

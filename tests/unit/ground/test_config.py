@@ -15,8 +15,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from rig import config
-from rig.config import bounded, load, read_yaml, strict_yaml, structure, suggest, unstructure
+from rig.config import load, read_yaml, strict_yaml, structure, suggest, unstructure
 from rig.errors import ConfigError
+from rig.fields import bounded
 
 
 class Colour(Enum):
