@@ -22,6 +22,7 @@ from rig.model.simulation import simulate
 from rig.record import Column, Record
 
 AMPLITUDE_MPA: Final = 0.1
+"""Size at which the plant is made linear, MPa: what the loop leaves of an error is that of a linear plant."""
 
 
 @dataclass(frozen=True)

@@ -28,8 +28,10 @@ _XI, _PHI = 2.0, 2.0
 _XI2, _PHI2 = 20.0, 50.0
 """Bounds of xi1 / (g D), phi1 / D, xi2 / (g D), phi2 / D, the last two at a sample time of 5 ms."""
 _CONTINUOUS = {"rho": (0.0, 1.0), "eps": (0.0, 5.0), "psi": (-5.0, 5.0), "gamma": (-5.0, 5.0), "n": (1.0, 3.0)}
+"""Bounds of the continuous Bouc-Wen model (1), without unit; that of k follows from g."""
 _UNITS_OF = {"theta_divisor_s": "s", "u_unit_mpa": "MPa", "y_unit_deg": "deg"}
 _JOINT_BOUNDS = {"omega_rad_per_s": (5.0, 200.0, "rad/s"), "damping": (0.01, 0.99, "1")}
+"""Bounds of a joint with inertia: 0.8 to 32 Hz, and any damping short of critical."""
 
 
 @dataclass(frozen=True)

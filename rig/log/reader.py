@@ -51,6 +51,7 @@ _REPEAT = re.compile(r"_r(?:epeat)?(\d+)$")
 _SUFFIX = re.compile(r"\.(partial|mcap|csv|gz|tdms|parquet|mat|lvm|txt)$", re.IGNORECASE)
 _SCORES: Final = re.compile(rb"record,[^,]*,nrmse,fit_percent,").match
 _HEAD_BYTES: Final = 256
+"""Of a CSV's first line that are read to tell a table of scores by it."""
 _LABEL = re.compile(r"([a-z]+)_([0-9.]+)hz_([0-9.]+)mpa")
 
 

@@ -30,7 +30,8 @@ five after which a leaky bucket is full, so that the cause is told by its own na
 
 _NO_FAULT, _SWEEP, _RAMP_IN = Fault.NONE, Phase.SWEEP, Phase.RAMP_IN
 _NO_ANGLE: Final = ANGLE_SUSPECT | ANGLE_ABSENT | READ_ERROR
-_WHOLE_MPA: Final = 1e-9
+_ROUNDING_MPA: Final = 1e-9
+"""A smaller difference between what was wanted and what the guard let through is rounding."""
 
 
 class Feedback:
@@ -74,7 +75,7 @@ class Feedback:
             share = dt_s / (self._filter_s + dt_s)
             self._slope += share * ((error - self._error) / dt_s - self._slope)
         taken = standing_mpa - self._wanted
-        if not -_WHOLE_MPA < taken < _WHOLE_MPA:
+        if not -_ROUNDING_MPA < taken < _ROUNDING_MPA:
             self._integral += taken * min(dt_s / self._integral_time_s, 1.0) if self._integral_time_s else 0.0
         self._integral += self._ki * error * dt_s
         self._error = error

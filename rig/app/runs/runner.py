@@ -32,6 +32,7 @@ from rig.service.session.session import Session
 from rig.service.signals import own_signals
 
 _POLL_S = 0.05
+"""Between two looks at processes and results, s. Longer: a lost recorder stops the rig later."""
 
 
 @dataclass(frozen=True)

@@ -21,6 +21,7 @@ from rig.realtime.shared import KEPT_RING, folder, is_stale
 from rig.sample import unpack
 
 SECONDS: Final = 30.0
+"""Of the ring that a black box keeps; the ring holds 41 s at 5 ms. Less: what led to a fault may be gone."""
 
 
 @dataclass(frozen=True)

@@ -19,6 +19,7 @@ _BEAT_S: Final = 0.2
 _LET_GO_S: Final = 3.0
 """For an attempt that is under way: to connect, to write, and to look, a second each at most."""
 _POLL_S: Final = 0.01
+"""Between two looks whether that attempt is over."""
 
 
 class Heir:

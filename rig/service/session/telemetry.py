@@ -21,8 +21,11 @@ COLUMNS: Final = ("tick", "p1_cmd_mpa", "p2_cmd_mpa", "p1_mpa", "p2_mpa", "angle
 STALE_S: Final = 0.5
 """Values older than this are shown as the last ones seen, not as the rig's now."""
 _WINDOW: Final = 4000
+"""Ticks whose lateness is summed up: 20 s at 5 ms."""
 _TRAIL: Final = 1024
+"""Newest samples that are kept for subscribers: 5 s at 5 ms. Fewer: who asks seldom misses some."""
 _SUM_UP_TICKS: Final = 40
+"""Ticks after which the lateness is summed up again: 0.2 s at 5 ms."""
 _PHASES: Final = {int(phase): phase.name.lower() for phase in Phase}
 
 
