@@ -78,6 +78,8 @@ class _Grid:
 
     start_s: float
     """Of the record, on its own clock."""
+    length_s: float
+    """That the record and its partners have in common."""
     fine_s: Column
     """(m,) at the record's own period, on which it is smoothed."""
     fine_dt_s: float
@@ -112,18 +114,18 @@ def pair_on_grid(
     p0_mpa: float,
     pressures: bool,
     fallen: Sequence[tuple[Dropouts, ...]],
-    notes: list[str],
-) -> Pair:
-    """The record and its partners on one grid, smoothed, cut to whole periods where the command is periodic.
+) -> tuple[Pair, str]:
+    """The record and its partners on one grid, smoothed, cut to whole periods where the command is periodic; and a note
+    where the record goes on for much longer than its partners, else nothing.
 
-    `fallen` holds what fell in the record, and then in each partner's; what has to be said goes into the notes.
+    `fallen` holds what fell in the record, and then in each partner's.
     """
     read, start_s = record, float(record.t_s[0])
     theirs = [
         replace(partner.record, t_s=on_clock_of(partner.record, partner.alignment) + start_s) for partner in partners
     ]
     record, others = with_rows(read, theirs), tuple(with_rows(other, [read]) for other in theirs)
-    grid = _grid_of(record, others, notes)
+    grid = _grid_of(record, others)
     found = [_session(each, grid, pressures) for each in (record, *others)]
     holes = [hole for _, hole in found]
     mine = grid.input_of(record)
@@ -135,7 +137,7 @@ def pair_on_grid(
     case, *days = _through_holes(runs, holes, (u1, u2))
     used = (~(np.any(holes, axis=0) | unsettled(read, theirs, grid.t_s + start_s))).astype(float)
     used[-max(1, round(2 * SMOOTHING_S / grid.dt_s)) :] = 0.0
-    return Pair(
+    pair = Pair(
         name=record.name,
         dt_s=grid.dt_s,
         t_s=grid.t_s,
@@ -152,21 +154,25 @@ def pair_on_grid(
         day_numbers=tuple(partner.session for partner in partners),
         other_input=any(differs(mine, grid.input_of(other)) for other in others),
     )
+    return pair, _uncovered(record, grid)
 
 
-def _grid_of(record: Record, others: Sequence[Record], notes: list[str]) -> _Grid:
-    """The rows that a record has in common with its partners, which are on its clock; a note where it goes on for much
-    longer."""
+def _grid_of(record: Record, others: Sequence[Record]) -> _Grid:
+    """The rows that a record has in common with its partners, which are on its clock."""
     start_s, dt_s = float(record.t_s[0]), max(record.period_s, 1e-4)
-    own_s = float(record.t_s[-1]) - start_s
     length_s = min(float(each.t_s[-1]) - start_s for each in (record, *others))
-    if length_s < LEAST_COVERED_SAID * own_s:
-        notes.append(
-            f"{record.name}: only {length_s:.3g} of its {own_s:.3g} s have a baseline; what came after is not looked at"
-        )
     fine_s, stride = np.arange(0.0, length_s + 0.5 * dt_s, dt_s), rows_apart(dt_s)
-    every = _Grid(start_s, fine_s, dt_s, stride, fine_s[::stride])
+    every = _Grid(start_s, length_s, fine_s, dt_s, stride, fine_s[::stride])
     return replace(every, t_s=every.t_s[: whole_periods(every.input_of(record))].copy())
+
+
+def _uncovered(record: Record, grid: _Grid) -> str:
+    """A note where a record goes on for much longer than the rows that it has in common with its partners."""
+    own_s = float(record.t_s[-1]) - grid.start_s
+    if not grid.length_s < LEAST_COVERED_SAID * own_s:
+        return ""
+    length = f"only {grid.length_s:.3g} of its {own_s:.3g} s have a baseline"
+    return f"{record.name}: {length}; what came after is not looked at"
 
 
 def _at_own_input(session: RunColumns, theirs: Column, mine: Column, dt_s: float) -> RunColumns:

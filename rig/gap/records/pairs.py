@@ -98,12 +98,12 @@ def pair_up(
     notes.extend(_holes(kept))
     case, days = [one.record for one in kept], [other for one in kept for other in one.others]
     p0 = rest_pressure(case, p0_mpa, beside_days=bool(sessions))
-    placed = at_rests(case, [one.others for one in kept], p0_mpa, notes)
+    placed, rest_notes = at_rests(case, [one.others for one in kept], p0_mpa)
     elsewhere = shifted(placed, days, p0_mpa)
-    notes.extend(elsewhere)
+    notes.extend([*rest_notes, *elsewhere])
     pressures_used = pressures and _all_have_pressures(case, days, notes)
-    pairs = _on_grids(kept, placed, p0, pressures_used, fallen, notes)
-    notes.extend(_other_inputs(pairs))
+    pairs, short = _on_grids(kept, placed, p0, pressures_used, fallen)
+    notes.extend([*short, *_other_inputs(pairs)])
     _check_directions(pairs)
     clipped = tuple(_clipped(pairs))
     notes.extend(clipped)
@@ -148,16 +148,17 @@ def _on_grids(
     p0_mpa: float,
     pressures: bool,
     fallen: Mapping[int, tuple[Dropouts, ...]],
-    notes: list[str],
-) -> list[Pair]:
-    """The pairs of `kept`, each on one grid of rows; `placed` are their records about P0, in their order."""
+) -> tuple[list[Pair], list[str]]:
+    """The pairs of `kept`, each on one grid of rows, and notes on them; `placed` are their records about P0, in their
+    order."""
     begun = begun_s([one.record for one in kept]).tolist()
-    pairs = []
+    pairs, notes = list[Pair](), list[str]()
     for record, one, at_s in zip(placed, kept, begun, strict=True):
         dropouts = [fallen[id(each)] for each in (one.record, *one.others)]
-        pair = pair_on_grid(record, one.partners, p0_mpa, pressures, dropouts, notes)
+        pair, note = pair_on_grid(record, one.partners, p0_mpa, pressures, dropouts)
         pairs.append(replace(pair, begun_s=at_s))
-    return pairs
+        notes += [note] if note else []
+    return pairs, notes
 
 
 def _check_directions(pairs: Sequence[Pair]) -> None:

@@ -22,14 +22,18 @@ def rest_pressure(records: Sequence[Record], p0_mpa: float, *, beside_days: bool
 
 
 def at_rests(
-    records: Sequence[Record], others: Sequence[Sequence[Record]], p0_mpa: float, notes: list[str]
-) -> list[Record]:
-    """The records; where they lie around several P0s and do not say so, each is taken to be commanded around that of
-    its partners (`others`: of each record). Without partners the one nearest to the model's is at it, the others as far
-    from there as measured: what moves them all alike is left to be found; a note says so."""
+    records: Sequence[Record], others: Sequence[Sequence[Record]], p0_mpa: float
+) -> tuple[list[Record], list[str]]:
+    """The records, each with the P0 around which it is taken to be commanded, and a note where that was read from the
+    pressures of some.
+
+    Records that lie around several P0s and do not say so are taken to be around those of their partners (`others`: of
+    each record). Without partners the one nearest to the model's P0 is taken to be at it, and the others as far from
+    there as measured: so a fault that shifts them all alike is still found.
+    """
     rests = unsaid_rests(records)
     if not rests:
-        return list(records)
+        return list(records), []
     nearest = min(rests.values(), key=lambda rest: abs(rest - p0_mpa))
     off = nearest - p0_mpa if abs(nearest - p0_mpa) <= SHIFTED_MPA else 0.0
 
@@ -39,8 +43,7 @@ def at_rests(
 
     found = [taken(k, record) if k in rests else record for k, record in enumerate(records)]
     alone = [found[k] for k in rests if not others[k]]
-    notes.extend([rest_note(alone)] if alone else [])
-    return found
+    return found, [rest_note(alone)] if alone else []
 
 
 def _known_rest(record: Record) -> float | None:
