@@ -1,5 +1,4 @@
-"""The loop's process: from what it is told to a loop that ticks on the rig's device, and the clock on which that loop
-waits.
+"""The loop's process: it makes the rig's device, the clock and the loop, opens the device and ticks.
 
 Nothing heavy is imported here: it runs on the controller.
 """
@@ -39,7 +38,7 @@ costs."""
 
 
 def loop_process(setup: LoopSetup, pipe: Connection) -> None:
-    """Entry of the loop's process: open the device, take the real-time measures, wait for the word, tick."""
+    """Entry of the loop's process: open the device, take the real-time measures, wait for `go`, tick."""
     for number in (signal.SIGINT, signal.SIGTSTP):
         signal.signal(number, signal.SIG_IGN)  # the terminal's Ctrl-C and Ctrl-Z are for the process that commands
     name_process("loop")
@@ -129,7 +128,7 @@ def _tick_on_go(loop: Loop, pipe: Connection) -> None:
 
 
 def _word(pipe: Connection) -> object:
-    """What the process that commands says; nothing once it is gone, with or without having heard us."""
+    """The commanding process's word, `go` or `end`; None once that process is gone."""
     with contextlib.suppress(EOFError, OSError):
         return pipe.recv()
     return None

@@ -133,7 +133,7 @@ class TrackingProgram(Program):
 
     @property
     def fault(self) -> Fault:
-        """What the feedback found against itself."""
+        """The fault that the feedback has found."""
         return self._feedback.fault
 
     def wanted_deg(self, index: int) -> float:

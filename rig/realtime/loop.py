@@ -39,7 +39,7 @@ _FAILED = READ_ERROR | WRITE_ERROR
 _NO_MEASUREMENT = Measurement(flags=sum(ABSENT_BY_ROLE.values()) | READ_ERROR)
 
 READ_BACKS = 3
-"""Ticks in which the safe state is read back from the device, as long as it does not answer."""
+"""Ticks in which the safe state is read back from a device that does not answer; then it counts as written only."""
 
 
 @dataclass(frozen=True)
@@ -208,7 +208,8 @@ class Loop:
             self._latch(Fault.DEVICE_ERRORS)
 
     def _own_faults(self, tick: int, missed: int, late_ns: int) -> Fault:
-        """What the loop knows against itself: its end, the operator's stop, and its own lateness."""
+        """The fault that is due by the loop's own state: a termination, an emergency stop, a commander that is gone, or
+        lateness."""
         if self._terminated:
             self._quit = True
             return self._terminated if self.state in _UNDER_COMMAND else _NO_FAULT

@@ -48,11 +48,11 @@ class Program:
 
     @property
     def fault(self) -> Fault:
-        """What the program finds against itself while it runs."""
+        """The fault that the program itself has found while it runs."""
         return Fault.NONE
 
     def wanted_deg(self, index: int) -> float:
-        """The angle that is wanted at a tick: none, nobody looks at it."""
+        """The reference angle at a tick: NaN, an open loop has none."""
         return math.nan
 
     @cached_property

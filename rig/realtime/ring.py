@@ -20,7 +20,7 @@ PACE_PATIENCE_S: Final = 5.0
 ever."""
 _PACE_POLL_S: Final = 0.0002
 _READS: Final = 3
-"""Looks at what another process writes meanwhile; one is enough unless the write is met in its middle."""
+"""Attempts to read what another process may be writing meanwhile; one is enough unless it is met in its middle."""
 _SLOT: Final = 8 + (SAMPLE_BYTES + 7) // 8 * 8  # sequence number, then the packed sample
 _WORDS: Final = 9
 _HEAD, _HEARTBEAT, _RECORDER, _CAPACITY, _MESSAGE_SEQUENCE, _SAFE, _SAFE_SEEN, _SAFE_COMING, _SAFE_DOUBTED = range(

@@ -37,7 +37,7 @@ _FD_SETSIZE: Final = 1024
 _SAME_LOSS_NS: Final = 5_000_000_000
 """What was seen by others at most so long before is the same loss."""
 _READS: Final = 3
-"""Looks at a report that is being told meanwhile."""
+"""Attempts to read a report that another process may be writing meanwhile."""
 _LOOKS: Final = 5
 """Attempts to read back what was written; then "written" is all that can be said."""
 

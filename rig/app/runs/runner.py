@@ -133,7 +133,7 @@ def _close(session: Session, rig: RigConfig, operator: "_Operator", outcome: Run
 
 
 def _insist(rig: RigConfig, operator: "_Operator", done: Callable[[], bool], attempt: Callable[[], None]) -> str:
-    """Try on to make a rig safe whose device was lost, until the operator says once more that it is enough."""
+    """Go on trying to make a rig safe whose device was lost, until the operator presses Ctrl-C once more."""
     before = operator.presses
     safe_mpa = rig.safe.p1_mpa, rig.safe.p2_mpa
     return TryingOn(safe_mpa, lambda: operator.presses > before, driver_of(rig, os.getpid())).go_on(done, attempt)
@@ -212,8 +212,8 @@ class _Operator:
 
 
 def watch(session: Session, operator: _Operator, outcome: RunOutcome, total_ticks: int, own: Channels) -> None:
-    """Let the loop go, and until it ends: beat, show progress, gather results; a dead recorder or a file that is gone
-    ends the runs."""
+    """Let the loop begin to tick. Until it ends: beat, show progress, gather results, and end the runs where the
+    recorder is dead or its file gone."""
     said = ""
     with progress("running", total_ticks) as update:
         session.go()  # only now: what progress imports takes a while on a busy machine, and the loop waits for our beat
@@ -228,7 +228,8 @@ def watch(session: Session, operator: _Operator, outcome: RunOutcome, total_tick
 
 
 def _say_trouble(session: Session, said: str) -> str:
-    """At once, also into a pipe: the record may be lost by the end. Returns what was said last."""
+    """Warn at once when the record cannot be written, also into a pipe: by the end it may be lost. `said`: the last
+    warning; returns the one that holds now."""
     trouble = session.recording.trouble
     if trouble is not None and trouble.final:
         return said  # it ends the run, which says why
@@ -249,15 +250,15 @@ def _stop_without_a_file(session: Session, outcome: RunOutcome) -> None:
 
 
 def _recorder_is_lost(session: Session, operator: _Operator) -> bool:
-    """It is gone, and not because the signal that the operator's wish came by went to all processes of the run: then it
-    has finished its file."""
+    """Whether the recorder has ended and should not have. When the operator stops a run by a signal, that may reach all
+    its processes; a recorder that ended so has finished its file."""
     told = (0, -signal.SIGTERM)  # by a second one it ends on the spot, when its file is finished and it hears no more
     asked = operator.asked_to_stop and session.recorder is not None and session.recorder.exitcode in told
     return not session.recorder_alive and not asked
 
 
 def _look(session: Session, operator: _Operator, outcome: RunOutcome) -> None:
-    """A lost process ends the runs: by the safe state, at once."""
+    """End the runs, by the safe state at once, when one of the session's processes is lost."""
     loss = session.watch.look() if session.watch is not None else None
     if loss is None or loss.of_the_loop:
         return  # the loop's end is told when it has ended

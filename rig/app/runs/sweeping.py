@@ -33,7 +33,7 @@ class SweepOptions:
 
 
 def read_from(sweep: Path, folder: Path) -> dict[str, Any]:
-    """The YAML of the sweep at `sweep` for a file in another folder, from where its tables are found as well."""
+    """The sweep at `sweep` as the YAML of a file in another folder: paths of its tables are rewritten."""
     raw = cast(dict[str, Any], read_yaml(sweep))
 
     def seen(file: Path) -> Path:

@@ -19,10 +19,11 @@ _KILL_S: Final = 5.0
 
 
 def await_end(recorder: BaseProcess, ring: Ring, say: Callable[[str], None], look: Callable[[], None]) -> str:
-    """Wait until a recorder that was told to finish has ended; returns why it was killed, empty when it was not.
+    """Wait until a recorder that was told to finish has ended. Returns why it was killed; empty when it ended by
+    itself.
 
-    It has DISK_PATIENCE_S, counted anew with everything that it takes from the ring or writes. `look` is called all
-    the while; `say` every SAY_EVERY_S with a line on what is waited for.
+    It is killed when it has done nothing for DISK_PATIENCE_S, neither read from the ring nor written. Meanwhile `look`
+    is called all the time, and `say` every SAY_EVERY_S with a line on what is waited for.
     """
     done, told = _done(recorder, ring), time.monotonic()
     since, silence = told, Silence(DISK_PATIENCE_S * 1e9)
@@ -56,8 +57,8 @@ def _done(recorder: BaseProcess, ring: Ring) -> tuple[int, str]:
 
 
 def abandoned(told: Mapping[int, Path], ring: Ring, why: str) -> list[RunResult]:
-    """What a recorder left behind of the runs that it was `told` of and gave no result for, as far as the ring still
-    knows them; nothing of those that had not begun."""
+    """The results of runs that a recorder was `told` of and left unfinished, as far as the ring still knows them; none
+    of runs that had not begun."""
     left = {run: place for run, path in told.items() if (place := _place(path)) is not None}
     if not left:
         return []

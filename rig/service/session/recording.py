@@ -25,7 +25,7 @@ def _recorder(*arguments: Any) -> None:
 
 
 class SessionRecording:
-    """From `start` on the recorder writes what it is told to expect, until `finish`; `end` waits for its end."""
+    """Starts the recorder's process, orders runs from it (`expect`), tells it to `finish`, and waits for its `end`."""
 
     def __init__(self, ring: Ring, session: int) -> None:
         self._ring, self._session = ring, session
@@ -54,8 +54,8 @@ class SessionRecording:
         return self.process
 
     def expect(self, order: RunOrder | Mark) -> None:
-        """Tell the recorder of a run before it starts, or of a marker in the one that runs. It waits for a recorder
-        that reads nothing: not for whoever must not wait."""
+        """Tell the recorder of a run before it starts, or of a marker in the run that is recorded. This blocks while
+        the recorder does not read its orders: do not call it where nothing may wait."""
         if self._orders is not None:
             if isinstance(order, RunOrder):
                 self._awaited[order.run] = order.path
@@ -68,9 +68,9 @@ class SessionRecording:
         self._awaited.pop(run, None)
 
     def finish(self, loop_fault: Fault | None) -> None:
-        """Let the recorder finish what is open, and end: there is no loop any more, whose end is called `loop_fault`.
-        Call it again and again: it waits for nobody, and a recorder whose disk stands still may not have taken what he
-        was told before."""
+        """Tell the recorder to finish the open record and to end, for the loop has ended, by `loop_fault`. It never
+        blocks: as long as the recorder has not read earlier orders nothing is sent, so call it until the recorder has
+        ended."""
         if self._orders is None or self._finishing or not self._sending.acquire(blocking=False):
             return
         try:
@@ -96,8 +96,8 @@ class SessionRecording:
                     yield word
 
     def end(self, say: Callable[[str], None], finish: Callable[[], None]) -> list[RunResult]:
-        """Wait for the recorder's end, while `finish` is called again and again and `say` gets a line every few
-        seconds; returns the last results, those of records that it left unfinished among them."""
+        """Wait for the recorder's end, and call `finish` and `say` (a line every few seconds) meanwhile. Returns the
+        last results, those of records that it left unfinished among them."""
         if self.process is None:
             return []
         left: list[RunResult] = []

@@ -80,8 +80,8 @@ def order_of(
 
 
 def _wall_offset_ns(session: "Session") -> int:
-    """Wall clock minus the loop's as they are now: a session may be months old, and have begun before the network set
-    this machine's clock."""
+    """Wall clock minus the loop's clock, as of now and not as of the session's start: a session may be months old, and
+    older than the setting of this machine's clock by the network."""
     if session.virtual:
         return int(session.facts["wall_offset_ns"])
     return time.time_ns() - time.monotonic_ns()

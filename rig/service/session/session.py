@@ -34,7 +34,7 @@ from rig.service.signals import own_signals
 
 LoopEntry = Callable[[LoopSetup, Connection], None]
 Insistence = Callable[[Callable[[], bool], Callable[[], None]], str]
-"""Calls the second again and again until the first is so, or it has had enough; returns how it went, in words."""
+"""Takes (done, attempt): calls `attempt` until `done` is true, or until it gives up. Returns how it went, in words."""
 END_PATIENCE_S = 5.0
 """For a loop to leave through its safe state, which has a bound of its own (`rig.realtime.way_out.LEAVING_NS`); then it
 is killed."""
@@ -147,7 +147,7 @@ class Session:
         )  # fmt: skip
 
     def publish(self, program: Program) -> None:
-        """Put a program where the loop finds it."""
+        """Put a program into shared memory, where the loop finds it."""
         self._programs[program.run] = program.publish(program_name(self.id, program.run), self.id)
 
     def adopt(self, run: int) -> None:
@@ -202,13 +202,12 @@ class Session:
         return ""
 
     def close(self, say: Callable[[str], None] = _LOG.warning, insist: Insistence | None = None) -> list[RunResult]:
-        """End the loop through its safe state, let the recorder finish, remove the shared memory; returns the last
-        results, those of records that the recorder left unfinished among them.
+        """End the loop through its safe state, let the recorder finish, remove the shared memory. Returns the results
+        that have come since, those of records that the recorder left unfinished among them.
 
-        `end` then says what became of the rig: a loop that could not make it safe is followed up by whoever is left,
-        for a few seconds, and then for as long as `insist` calls.
-        `say` gets a line every few seconds while the recorder is waited for; `recording.given_up` says that it was in
-        vain.
+        Afterwards `end` says what became of the rig. If the loop could not make it safe, this process and the watchers
+        try, for a few seconds, and then for as long as `insist` goes on calling. While the recorder is waited for,
+        `say` gets a line every few seconds; `recording.given_up` says why, if the waiting was in vain.
         """
         self.watchers.wake()  # a process that somebody stopped is to come to a proper end
         if self.recorder is not None:
@@ -243,7 +242,7 @@ class Session:
         return SessionEnd(ticked, watch.safe, insisted)
 
     def dismiss_loop(self) -> None:
-        """Tell the loop, once, to end through its safe state; waits for nobody."""
+        """Tell the loop to end through its safe state, without waiting for it. Later calls do nothing."""
         if self.loop is None or not self.loop.is_alive() or self._dismissed:
             return
         self._dismissed = True

@@ -10,7 +10,7 @@ NEVER_TICKED: Final = "the loop never ticked, and nothing was written to the rig
 
 @dataclass(frozen=True)
 class SessionEnd:
-    """What a session leaves behind; as it begins, that of one whose loop never ticked."""
+    """What a session leaves behind. Its defaults are those of a session whose loop never ticked."""
 
     ticked: bool = False
     """Whether the loop had ever ticked: before, it writes nothing."""
