@@ -28,6 +28,7 @@ BENCHMARKS = {
     "page": Benchmark("rig.qualify.benchmarks.page:bench_page", 1),
     "history": Benchmark("rig.qualify.benchmarks.history:bench_history", 1),
     "waits": Benchmark("rig.qualify.benchmarks.waits:bench_waits", 3),
+    "check": Benchmark("rig.qualify.benchmarks.waits:bench_check", 1),
     "wrist": Benchmark("rig.qualify.benchmarks.wrist:bench_wrist", 1),
 }
 """What a seed fixes, or what takes minutes, is measured once."""

@@ -181,7 +181,17 @@ def test_waits(short: Callable[..., None], capsys: pytest.CaptureFixture[str], t
     short(waits, SWEEP="quick", DAYS=1, SEARCH=search, PARTS=(waits.diagnosed, waits.identified))
     figures = waits.bench_waits()
     assert all(row["value"] > row["limit_value"] for row in figures.values()), "nothing is quicker than its limit"
-    assert_drawn("waits", figures, capsys, ["gap check, 400 cases", "make run, once installed"])
+    assert_drawn("waits", figures, capsys, ["make run, once installed"])
+
+
+def test_check(short: Callable[..., None], capsys: pytest.CaptureFixture[str]) -> None:
+    """Its command runs whole in `test_blind_check`; here it takes a minute, of which nothing is waited for."""
+    asked: list[tuple[str, ...]] = []
+    short(waits, _pamrig=lambda place, *words: asked.append(words) or 60.0)
+    figures = waits.bench_check()
+    assert [words[:2] for words in asked] == [("gap", "check")]
+    assert [row["value"] for row in figures.values()] == [60.0 * waits.WHOLE_CHECK / waits.CASES]
+    assert_drawn("check", figures, capsys)
 
 
 @pytest.mark.real_time
