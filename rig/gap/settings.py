@@ -53,6 +53,11 @@ VOLUME_DOUBT = 0.3
 """Relative change of a muscle's volume over the joint's span (a McKibben muscle that contracts by a fifth grows by
 about as much; Chou and Hannaford, IEEE Trans. Robot. Autom. 12, 1996): a joint that moves otherwise than expected
 pushes air back to its regulators. Less: a change of the joint is called something unknown of the valves as well."""
+SPEED_DOUBT = 1.0
+"""Standard deviation of the relative change of a regulator's time constants, over that of the absolute pressure that it
+holds: choked, the pace at which air leaves goes with the pressure, that at which it comes not at all (ISO 6358). Less:
+a lag or uneven filling of some milliseconds is named beside every cause that shifts the pressures. More: regulators
+that are slower as well are not, where the pressures are off."""
 PATTERN_DEGREES = 2.0
 """Degrees of freedom that the population's spread of a pattern is worth beside a rig's own days, each of which brings
 one. More: the own days count for less."""

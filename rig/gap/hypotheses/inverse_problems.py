@@ -23,6 +23,7 @@ from rig.gap.reference.expected import Expected
 from rig.gap.reference.faster_records import doubt, known_by_hz
 from rig.gap.reference.gaps import rms_of, without_mean
 from rig.gap.reference.kinds import ReferenceKind
+from rig.gap.reference.operating_point import speed_doubt
 from rig.gap.reference.own_days import angle_days, own_factor, pressure_days
 from rig.gap.reference.patterns import VISCOUS
 from rig.gap.reference.unrepeated import shown_by, with_unrepeated
@@ -140,6 +141,7 @@ def pressure_forward(expected: Expected, settings: Fitted, whole: Expected | Non
     times = _where_fast(factor.lines, expected)
     factor = factor.at_least(expected.missed_mpa).less_sure(times, parts.noise).noisier(expected.anew_mpa**2)
     factor = factor.doubting(motion_doubt(expected.contexts, expected.base, expected.response))
+    factor = factor.doubting(speed_doubt(expected.contexts, expected.response))
     if expected.kind is ReferenceKind.FINGERPRINT:
         factor = factor.standing_off(expected.missed_mpa)
     moving = float(np.std(np.concatenate([context.reference.p1_mpa for context in expected.contexts])))

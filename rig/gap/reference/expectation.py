@@ -212,7 +212,7 @@ def pressure_parts(contexts: Sequence[RecordContext], p0_mpa: float, response: R
     ]
     first, second = (of_a_valve.of(np.concatenate(own)) for own in (blocks[: len(pairs)], blocks[len(pairs) :]))
     zero = np.zeros_like(first)
-    alike = np.concatenate([_regulator_patterns(context, response, valve) for valve in (0, 1) for context in contexts])
+    alike = np.concatenate([regulator_patterns(context, response, valve) for valve in (0, 1) for context in contexts])
     columns = np.hstack([np.vstack([first, zero]), np.vstack([zero, second]), lines.of(alike)])
     noise = [line_noise(pair.raw.p1_mpa, pair) for pair in pairs] + [
         line_noise(pair.raw.p2_mpa, pair) for pair in pairs
@@ -229,7 +229,7 @@ def pressure_parts(contexts: Sequence[RecordContext], p0_mpa: float, response: R
     )
 
 
-def _regulator_patterns(context: RecordContext, response: ResponseModel, valve: int) -> Column:
+def regulator_patterns(context: RecordContext, response: ResponseModel, valve: int) -> Column:
     """(n, 2) of one valve in the order of REGULATOR_PATTERNS."""
     pair, (dead_s, fill_s, exhaust_s) = context.pair, response.regulators[valve]
     u = pair.u1_mpa if valve == 0 else pair.u2_mpa
