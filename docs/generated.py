@@ -19,8 +19,8 @@ import click
 from drivers import catalog
 from rig.app.compose import STAND_INS, device_class
 from rig.cli.commands import cli
+from rig.gap.priors import FactorLevels, fitted
 from rig.gap.reference.patterns import ANGLE_NUISANCES, REGULATOR_NUISANCES, VALVE_NUISANCES, Nuisance
-from rig.gap.settings import FactorLevels, fitted
 from rig.interfaces import abilities_of
 from rig.qualify.faults.attacks import ATTACKS
 from rig.qualify.faults.table import TABLE as FAULT_ROWS

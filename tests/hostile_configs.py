@@ -29,7 +29,7 @@ from rig.app.devices import calibrating
 from rig.app.runs.replaying import load_gate
 from rig.config import load, read_yaml
 from rig.errors import RigError
-from rig.gap.settings import PRIORS, Fitted
+from rig.gap.priors import PRIORS, Fitted
 from rig.log.foreign.mapping import load_mapping
 from rig.model.chain import Chain
 from rig.model.parameters import load_model

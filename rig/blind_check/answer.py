@@ -136,7 +136,7 @@ def diagnosed(
     from rig.gap.answer.how_far.augment import augmented
     from rig.gap.diagnosis import diagnose_with_grounds
     from rig.gap.hypotheses.library import LIBRARY
-    from rig.gap.settings import fitted
+    from rig.gap.priors import fitted
     from rig.model.parameters import load_model
 
     path, priors = place / MODEL_FILES[mode.model], place / PRIORS_FILE

@@ -24,7 +24,7 @@ from rig.blind_check.source import Label
 from rig.blind_check.statistics import breakdown, mode_result, naive_result, shuffled_control, withheld_result
 from rig.errors import RecordError
 from rig.gap.hypotheses.library import LIBRARY, effect_class
-from rig.gap.settings import Fitted, fitted
+from rig.gap.priors import Fitted, fitted
 
 CHUNK: Final = 10
 """Questions an answering process is started for when the steps are done apart."""

@@ -16,11 +16,12 @@ from rig.gap.evidence.posterior import Posterior, chance_of, judge
 from rig.gap.evidence.second import with_second
 from rig.gap.hypotheses.inverse_problems import InverseProblem, angle_problem, pressure_problem
 from rig.gap.hypotheses.library import NONE, UNKNOWN, Effect, chosen
+from rig.gap.priors import Fitted
 from rig.gap.question import Question
 from rig.gap.reference.expected import Expected, as_referred, read_right
 from rig.gap.reference.monitors import misread
 from rig.gap.reference.own_days import pressure_days
-from rig.gap.settings import EVEN_CHANCE, FAINT, MOST_FAINT, POSSIBLE, STILL_LIKELY, Fitted
+from rig.gap.settings import EVEN_CHANCE, FAINT, MOST_FAINT, POSSIBLE, STILL_LIKELY
 from rig.record import Column
 
 

@@ -9,9 +9,9 @@ from rig.gap.hypotheses.library import LIBRARY
 from rig.gap.pipeline import Grounds
 from rig.gap.plan.candidates import SweepEnvelope
 from rig.gap.possible_effects import channels_of_call, named_effects, possible
+from rig.gap.priors import Fitted, fitted
 from rig.gap.question import Question
 from rig.gap.reference.kinds import AUTO, ReferenceKind, because, choose
-from rig.gap.settings import Fitted, fitted
 from rig.identify.provenance import identified_on
 from rig.model.parameters import Model
 from rig.own_units import telling

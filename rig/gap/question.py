@@ -6,8 +6,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from rig.gap.plan.candidates import SweepEnvelope
+from rig.gap.priors import Fitted, fitted
 from rig.gap.reference.kinds import ReferenceKind
-from rig.gap.settings import Fitted, fitted
 from rig.model.parameters import Model
 from rig.record import Record
 

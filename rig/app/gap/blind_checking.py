@@ -20,7 +20,7 @@ from rig.blind_check.real_source import RecordsSource
 from rig.blind_check.source import Source
 from rig.errors import ConfigError, RecordError
 from rig.gap.hypotheses.library import LIBRARY
-from rig.gap.settings import fitted
+from rig.gap.priors import fitted
 from rig.number_text import counted
 from rig.outputs import make_folder
 from rig.parallel import each, executor

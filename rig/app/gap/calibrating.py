@@ -24,13 +24,13 @@ from rig.config import suggest, unstructure
 from rig.errors import ConfigError, ModelError
 from rig.gap.hypotheses.inverse_problems import parts_of_angle, parts_of_pressures
 from rig.gap.prior_fitting.levels import fit_builds, fit_levels, fit_monitors, of_another_build
+from rig.gap.priors import Fitted, Levels, Prior, fitted
 from rig.gap.provenance import FitProvenance, Origin
 from rig.gap.records.pairs import pair_up
 from rig.gap.reference.build import expect
 from rig.gap.reference.expectation import Parts
 from rig.gap.reference.expected import SISTER, Expected
 from rig.gap.reference.kinds import ReferenceKind
-from rig.gap.settings import Fitted, Levels, Prior, fitted
 from rig.model.parameters import Model
 from rig.model.response.fingerprint_check import fingerprint_checksum
 from rig.number_text import to_digits

@@ -14,11 +14,11 @@ from rig.errors import ConfigError
 from rig.gap.hypotheses.library import LIBRARY, Effect
 from rig.gap.plan.planned_records import KnownRig, Noise, as_steady_as, known_rig
 from rig.gap.possible_effects import channels_of_call, possible
+from rig.gap.priors import fitted
 from rig.gap.records.grid import rows_apart
 from rig.gap.records.pairs import pair_up
 from rig.gap.reference.build import expect, from_response, known_how
 from rig.gap.reference.kinds import AUTO, ReferenceKind, choose
-from rig.gap.settings import fitted
 from rig.identify.response.fingerprint import fingerprint_of
 from rig.model.fingerprint import Fingerprint, PressureSource
 from rig.model.parameters import Model, load_model

@@ -25,9 +25,10 @@ from rig.gap.plan.capability import Ability, Capability, capability
 from rig.gap.plan.design import Design, DetectionPower, appraise, design
 from rig.gap.plan.planned_records import expect_planned, within
 from rig.gap.plan.raw_ability import raw_abilities
+from rig.gap.priors import fitted
 from rig.gap.records.usable import reasons, usable
 from rig.gap.reference.kinds import ReferenceKind
-from rig.gap.settings import FALSE_ALARM_RATE, fitted
+from rig.gap.settings import FALSE_ALARM_RATE
 from rig.own_units import factor, own_plain
 from rig.record import Record
 from rig.rig_config import load_rig

@@ -17,7 +17,7 @@ from rig.outputs import OutputKind
 
 if TYPE_CHECKING:
     from rig.app.gap.calibrating import FittingPlan
-    from rig.gap.settings import Fitted
+    from rig.gap.priors import Fitted
 
 F = TypeVar("F")
 SHOWN_LAWS = 4
@@ -183,7 +183,7 @@ def _fit_on_plants(
     """What is fitted by those options, after it is written with the levels to `output`."""
     from rig.app.gap.calibrating import FittingPlan, known_families, write
     from rig.app.terminal import progress
-    from rig.gap.settings import PRIORS, fitted
+    from rig.gap.priors import PRIORS, fitted
 
     plan = FittingPlan(known_families(families, left_out), units, seed, workers)
     total = units * len(plan.families)

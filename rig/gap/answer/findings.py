@@ -11,10 +11,10 @@ from rig.gap.answer.how_far.held_out import HowFar
 from rig.gap.evidence.posterior import Posterior
 from rig.gap.hypotheses.fit import Fit
 from rig.gap.hypotheses.inverse_problems import PRESSURES
+from rig.gap.priors import Fitted
 from rig.gap.raw_tests.signature import Signature
 from rig.gap.reference.expected import Expected
 from rig.gap.reference.gaps import rms_of
-from rig.gap.settings import Fitted
 from rig.model.parameters import Model
 from rig.record import Column
 

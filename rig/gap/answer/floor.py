@@ -6,12 +6,12 @@ from functools import partial
 import numpy as np
 
 from rig.gap.hypotheses.inverse_problems import floor_deg
+from rig.gap.priors import Fitted
 from rig.gap.reference.expected import Expected
 from rig.gap.reference.gaps import rms_of
 from rig.gap.reference.kinds import ReferenceKind
 from rig.gap.reference.own_days import angle_days, own_floor
 from rig.gap.reference.unrepeated import Unrepeated, of_contexts
-from rig.gap.settings import Fitted
 
 LEAST_DEG = 1e-6
 """No floor is lower: gaps are told as multiples of it."""

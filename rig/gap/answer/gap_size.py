@@ -11,7 +11,8 @@ from rig.gap.answer.how_far.held_out import HowFar
 from rig.gap.answer.how_far.prediction_interval import Shrunk, prediction_interval
 from rig.gap.answer.kept_effects import share_closed
 from rig.gap.answer.result import Cause
-from rig.gap.settings import ABOVE_FLOOR, FAR, Fitted
+from rig.gap.priors import Fitted
+from rig.gap.settings import ABOVE_FLOOR, FAR
 
 
 def gap_of(

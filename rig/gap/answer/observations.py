@@ -17,10 +17,10 @@ from rig.gap.answer.settings import LEAST_SHARE
 from rig.gap.evidence.posterior import Posterior
 from rig.gap.hypotheses.fit import Fit
 from rig.gap.hypotheses.library import LIBRARY
+from rig.gap.priors import Reach
 from rig.gap.raw_tests.signature import Signature
 from rig.gap.reference.expected import Expected
 from rig.gap.response.causes import Applied
-from rig.gap.settings import Reach
 from rig.model.effect_stages import EFFECT_STAGES
 
 USUAL = "usual of a simulator"

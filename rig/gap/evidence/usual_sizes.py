@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from rig.gap.hypotheses.fit import Fit, ForwardModel
-from rig.gap.settings import Prior, UsualSizes
+from rig.gap.priors import Prior, UsualSizes
 from rig.record import Column
 
 

@@ -17,18 +17,10 @@ from rig.gap.hypotheses.descent import Nearest, nearest
 from rig.gap.hypotheses.law_errors import log_densities, with_law
 from rig.gap.hypotheses.library import Effect, Law
 from rig.gap.likelihood.gaussian import Gaussian
+from rig.gap.priors import Odds, Prior, UsualSizes
 from rig.gap.reference.expectation import Factor
 from rig.gap.response.causes import Applied, ready
-from rig.gap.settings import (
-    FIT_STEPS,
-    MOST_ROUGH,
-    UNSURE_ROUNDS,
-    UNSURE_STANDS,
-    WIDTH_SHARES,
-    Odds,
-    Prior,
-    UsualSizes,
-)
+from rig.gap.settings import FIT_STEPS, MOST_ROUGH, UNSURE_ROUNDS, UNSURE_STANDS, WIDTH_SHARES
 from rig.model.effect_stages import EFFECT_STAGES
 from rig.model.response.model import ResponseModel
 from rig.record import Column

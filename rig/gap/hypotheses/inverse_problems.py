@@ -18,6 +18,7 @@ from rig.gap.hypotheses.library import Law
 from rig.gap.hypotheses.retuned import unsure_regulators
 from rig.gap.hypotheses.scales import law_scales
 from rig.gap.likelihood.lines import Lines
+from rig.gap.priors import FactorLevels, Fitted, Prior
 from rig.gap.reference.expectation import Factor, Parts, angle_parts, mean_doubt, motion_doubt, pressure_parts
 from rig.gap.reference.expected import Expected
 from rig.gap.reference.faster_records import doubt, known_by_hz
@@ -29,17 +30,7 @@ from rig.gap.reference.patterns import VISCOUS
 from rig.gap.reference.unrepeated import shown_by, with_unrepeated
 from rig.gap.response.lateness import displaced
 from rig.gap.response.propagate import Course, RecordContext, as_late_as_measured
-from rig.gap.settings import (
-    ENVELOPE_EVEN,
-    ENVELOPE_HZ,
-    GAIN_BY_DAY,
-    UNSEEN_MEAN_LAW,
-    ZERO_AT_REST,
-    ZERO_BY_HAND,
-    FactorLevels,
-    Fitted,
-    Prior,
-)
+from rig.gap.settings import ENVELOPE_EVEN, ENVELOPE_HZ, GAIN_BY_DAY, UNSEEN_MEAN_LAW, ZERO_AT_REST, ZERO_BY_HAND
 from rig.model.effect_stages import EFFECT_STAGES
 from rig.model.slots import AHEAD
 from rig.record import Column

@@ -8,7 +8,8 @@ import numpy as np
 from rig.gap.likelihood.gaussian import Gaussian
 from rig.gap.likelihood.lines import Lines
 from rig.gap.likelihood.rough_law import RoughLaw
-from rig.gap.settings import ENVELOPE_EVEN, ENVELOPE_HZ, Prior
+from rig.gap.priors import Prior
+from rig.gap.settings import ENVELOPE_EVEN, ENVELOPE_HZ
 from rig.record import Column
 
 

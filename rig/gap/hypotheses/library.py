@@ -12,7 +12,7 @@ from math import inf
 from typing import Any, Literal, get_args
 
 from rig.errors import ConfigError
-from rig.gap.settings import Prior
+from rig.gap.priors import Prior
 from rig.model.effect_stages import EFFECT_STAGES, WHOLE_SESSION, goes_on
 from rig.model.effect_stages.valve import LAMINAR_MPA_S
 from rig.model.slots import AHEAD

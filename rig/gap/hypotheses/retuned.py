@@ -14,12 +14,13 @@ import numpy as np
 
 from rig.gap.hypotheses.changes import pressure_change
 from rig.gap.hypotheses.fit import Relinearised, UncertainParameters
+from rig.gap.priors import FactorLevels
 from rig.gap.reference.expectation import REGULATOR_STEP, Parts
 from rig.gap.reference.patterns import REGULATOR_PATTERNS
 from rig.gap.response.causes import Applied, Ready, ready
 from rig.gap.response.nominal import Reference
 from rig.gap.response.propagate import Course, RecordContext, pressures_with
-from rig.gap.settings import FASTEST_REGULATOR, FactorLevels
+from rig.gap.settings import FASTEST_REGULATOR
 from rig.model.response.model import Regulator, ResponseModel
 from rig.record import Column
 

@@ -16,8 +16,9 @@ from rig.gap.plan.directions import Direction, columns, ladder, sized, unit_of, 
 from rig.gap.plan.information import inform, needed_separation, separations
 from rig.gap.plan.planned_records import factors_of
 from rig.gap.plan.settings import CHANCE, NAMED
+from rig.gap.priors import Fitted, Odds, Prior
 from rig.gap.reference.expected import Expected
-from rig.gap.settings import FALSE_ALARM_RATE, Fitted, Odds, Prior
+from rig.gap.settings import FALSE_ALARM_RATE
 from rig.record import Column
 
 

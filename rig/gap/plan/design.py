@@ -14,7 +14,7 @@ from rig.gap.plan.directions import Direction, columns, usual_directions
 from rig.gap.plan.information import Information, inform, separations
 from rig.gap.plan.planned_records import KnownRig, expect_planned, factors_of
 from rig.gap.plan.settings import LEAST_GAIN
-from rig.gap.settings import Fitted, Odds, Prior
+from rig.gap.priors import Fitted, Odds, Prior
 from rig.parallel import each, executor
 from rig.record import Column
 

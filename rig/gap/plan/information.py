@@ -14,7 +14,8 @@ import numpy as np
 
 from rig.gap.hypotheses.inverse_problems import PRESSURES, InverseProblem
 from rig.gap.plan.settings import MOST_SEPARATION, SAME
-from rig.gap.settings import SESSION_S, Prior
+from rig.gap.priors import Prior
+from rig.gap.settings import SESSION_S
 from rig.record import Column
 
 Places = np.typing.NDArray[np.intp]

@@ -23,9 +23,9 @@ from rig.gap.plan.experiment import Experiment
 from rig.gap.plan.information import Information, inform
 from rig.gap.plan.planned_records import KnownRig, expect_planned, factors_of, known_rig, within
 from rig.gap.plan.settings import APART, LEAST_PROBABILITY, LENGTHS_S, MORE_NATS, MOST, TIME_S, WORTH_NATS
+from rig.gap.priors import Fitted, fitted
 from rig.gap.reference.expected import Expected
 from rig.gap.response.causes import Applied
-from rig.gap.settings import Fitted, fitted
 from rig.model.parameters import Model
 from rig.record import Column
 

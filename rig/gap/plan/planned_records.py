@@ -12,6 +12,7 @@ from rig.excite.experiment import RunPlan
 from rig.excite.setpoints import around
 from rig.gap.hypotheses.inverse_problems import ANGLE, PRESSURES, InverseProblem, angle_problem, pressure_problem
 from rig.gap.plan.settings import ANGLE_MARGIN
+from rig.gap.priors import Fitted
 from rig.gap.records.grid import Pair, RunColumns
 from rig.gap.records.pairs import Pairing
 from rig.gap.reference.build import from_response
@@ -23,7 +24,6 @@ from rig.gap.reference.kinds import ReferenceKind
 from rig.gap.reference.own_days import angle_days, pressure_days
 from rig.gap.reference.unrepeated import of_contexts
 from rig.gap.response.propagate import RecordContext
-from rig.gap.settings import Fitted
 from rig.identify.response.response_fit import GRID_S
 from rig.model.external.simulator import KIND as EXTERNAL
 from rig.model.parameters import Model
@@ -46,7 +46,7 @@ class KnownRig:
 
     response: ResponseModel
     levels: str
-    """Which levels say how surely it is known, see `rig.gap.settings.Fitted`."""
+    """Which levels say how surely it is known, see `rig.gap.priors.Fitted`."""
     pressures: bool = True
     """The regulators' monitors are recorded."""
     noise: Noise = Noise()

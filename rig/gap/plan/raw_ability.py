@@ -10,12 +10,12 @@ import numpy as np
 from rig.gap.hypotheses.library import Effect
 from rig.gap.plan.capability import Ability
 from rig.gap.plan.directions import unit_of
+from rig.gap.priors import UsualNoise
 from rig.gap.raw_tests.all_tests import read_signatures
 from rig.gap.raw_tests.noise_levels import angles_of
 from rig.gap.records.pairs import pair_up
 from rig.gap.reference.kinds import ReferenceKind
 from rig.gap.reference.known_noise import known_noise
-from rig.gap.settings import UsualNoise
 from rig.model.effect_stages import EFFECT_STAGES
 from rig.model.parameters import AddedEffect, Model
 from rig.model.simulation import simulate

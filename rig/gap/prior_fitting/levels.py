@@ -9,9 +9,10 @@ from dataclasses import replace
 import numpy as np
 from scipy.special import ndtri, stdtrit
 
+from rig.gap.priors import BuildSpread, FactorLevels, Levels, Prior
 from rig.gap.reference.expectation import Factor, Parts
 from rig.gap.reference.monitors import OWN, misread
-from rig.gap.settings import MISSED_STEPS, MOST_MISSED, BuildSpread, FactorLevels, Levels, Prior
+from rig.gap.settings import MISSED_STEPS, MOST_MISSED
 from rig.record import Column
 
 START = {

@@ -10,7 +10,7 @@ from enum import IntEnum
 
 import numpy as np
 
-from rig.gap.settings import Odds
+from rig.gap.priors import Odds
 from rig.record import Column
 
 LEAST_COUNTED = 1e-4

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rig.gap.settings import Prior, UsualSizes
+from rig.gap.priors import Prior, UsualSizes
 
 SCALES = tuple(float(x) for x in np.exp(np.linspace(np.log(0.05), np.log(3.0), 21)))
 """That are tried, in floors. Below, an effect is lost in what days differ by; beyond, it is a gap in anybody's eyes."""

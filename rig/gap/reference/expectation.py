@@ -14,6 +14,7 @@ import numpy as np
 from rig.columns import rms
 from rig.gap.likelihood.gaussian import Gaussian
 from rig.gap.likelihood.lines import Lines, lines_of
+from rig.gap.priors import BuildSpread, FactorLevels, Prior
 from rig.gap.records.pairs import Pair
 from rig.gap.reference.patterns import ANGLE_PATTERNS, BANK, REGULATOR_PATTERNS, VALVE_PATTERNS, VISCOUS
 from rig.gap.response.propagate import RecordContext
@@ -30,9 +31,6 @@ from rig.gap.settings import (
     UNEVEN_CODES,
     UNKNOWN_EVEN,
     VOLUME_DOUBT,
-    BuildSpread,
-    FactorLevels,
-    Prior,
 )
 from rig.model.compiled.response import RESPONSE_TERMS, regulated, response_terms
 from rig.model.effect_stages.valve import ATMOSPHERE_MPA

@@ -3,10 +3,10 @@
 import math
 from collections.abc import Sequence
 
+from rig.gap.priors import UsualNoise
 from rig.gap.raw_tests.noise import KnownNoise
 from rig.gap.raw_tests.noise_levels import span
 from rig.gap.reference.kinds import ReferenceKind
-from rig.gap.settings import UsualNoise
 from rig.model.parameters import Model
 from rig.record import Column
 

@@ -12,9 +12,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from rig.gap.priors import FactorLevels, Levels
 from rig.gap.reference.expectation import Factor
 from rig.gap.reference.patterns import VALVE_PATTERNS
-from rig.gap.settings import FactorLevels, Levels
 from rig.record import Column
 
 SHOWN, OWN = "offset_mpa", "monitor_mpa"

@@ -14,18 +14,10 @@ import numpy as np
 from rig.columns import rms
 from rig.gap.likelihood.gaussian import Gaussian
 from rig.gap.likelihood.lines import Lines
+from rig.gap.priors import FactorLevels, Prior
 from rig.gap.reference.expectation import Factor, Parts
 from rig.gap.response.propagate import RecordContext
-from rig.gap.settings import (
-    DAY_DEGREES,
-    ENVELOPE_EVEN,
-    ENVELOPE_HZ,
-    LINE_DEGREES,
-    PATTERN_DEGREES,
-    RIG_DEGREES,
-    FactorLevels,
-    Prior,
-)
+from rig.gap.settings import DAY_DEGREES, ENVELOPE_EVEN, ENVELOPE_HZ, LINE_DEGREES, PATTERN_DEGREES, RIG_DEGREES
 from rig.model.response.model import ResponseModel
 from rig.record import Column
 

@@ -26,7 +26,7 @@ from rig.blind_check.user_labels import score_own
 from rig.cli.gap.check import check
 from rig.errors import ConfigError, RecordError
 from rig.gap.hypotheses.library import LIBRARY
-from rig.gap.settings import PRIORS
+from rig.gap.priors import PRIORS
 from rig.log.reader import read
 from rig.report.check_page import write_page
 

@@ -24,7 +24,7 @@ from rig.gap import diagnosis as diagnosing
 from rig.gap.answer.facts import Gap, Verdict, Where
 from rig.gap.answer.how_far import augment
 from rig.gap.answer.result import Diagnosis
-from rig.gap.settings import fitted
+from rig.gap.priors import fitted
 from rig.realtime.faults import Fault
 from rig.report import fit_files, gap_page
 from rig.service.records.recorder_messages import RunResult

@@ -21,6 +21,7 @@ from rig.blind_check.source import records_of
 from rig.gap.hypotheses.fit import Fit, fit_effect
 from rig.gap.hypotheses.inverse_problems import angle_problem, pressure_problem
 from rig.gap.hypotheses.library import LIBRARY
+from rig.gap.priors import fitted
 from rig.gap.records.pairs import pair_up
 from rig.gap.reference.build import expect
 from rig.gap.reference.expected import Expected
@@ -28,7 +29,6 @@ from rig.gap.reference.kinds import ReferenceKind
 from rig.gap.response.causes import Applied, ready
 from rig.gap.response.lateness import IN_TIME, Lateness, delayed, displaced
 from rig.gap.response.propagate import Course, late, pressures_with
-from rig.gap.settings import fitted
 from rig.log.reader import read
 from rig.model.compiled.stages import compiled
 from rig.model.effect_stages import EFFECT_STAGES

@@ -16,8 +16,8 @@ from rig.gap.diagnosis import diagnose_with_grounds
 from rig.gap.hypotheses.fit import Fit
 from rig.gap.hypotheses.library import LIBRARY, NONE, UNKNOWN
 from rig.gap.pipeline import Grounds
+from rig.gap.priors import fitted
 from rig.gap.records.pairs import pair_up
-from rig.gap.settings import fitted
 from rig.model.parameters import AddedEffect, Model, Parameter
 from rig.record import Record
 

@@ -16,8 +16,8 @@ from rig.errors import RecordError
 from rig.gap.answer.findings import STATED
 from rig.gap.hypotheses.inverse_problems import ANGLE, PRESSURES
 from rig.gap.hypotheses.library import LIBRARY, NONE, UNKNOWN
+from rig.gap.priors import Fitted, fitted
 from rig.gap.provenance import Origin
-from rig.gap.settings import Fitted, fitted
 from rig.model.slots import AHEAD
 
 

@@ -17,8 +17,8 @@ from rig.gap.answer.facts import RAW
 from rig.gap.answer.how_far.prediction_interval import Shrunk, fit_spread
 from rig.gap.answer.how_far.size_intervals import NamedSize, deviation_of, fit_reach, reference_of
 from rig.gap.hypotheses.library import LIBRARY
+from rig.gap.priors import Fitted, Prior, Reach
 from rig.gap.reference.kinds import ReferenceKind
-from rig.gap.settings import Fitted, Prior, Reach
 
 LEAST_CASES = 20
 """Fewer tell nothing of the outermost twentieths."""

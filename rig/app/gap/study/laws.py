@@ -27,13 +27,14 @@ from rig.gap.hypotheses.inverse_problems import (
     pressure_problem,
 )
 from rig.gap.hypotheses.library import LIBRARY, Effect
+from rig.gap.priors import Fitted, fitted
 from rig.gap.records.pairs import pair_up
 from rig.gap.reference.build import expect
 from rig.gap.reference.expectation import Factor
 from rig.gap.reference.expected import Expected
 from rig.gap.reference.kinds import ReferenceKind
 from rig.gap.response.propagate import as_late_as_measured
-from rig.gap.settings import MOST_ROUGH, Fitted, fitted
+from rig.gap.settings import MOST_ROUGH
 from rig.parallel import executor
 from rig.record import Column, Record
 

@@ -9,9 +9,9 @@ import numpy as np
 from hil.reference.cases import Case
 from rig.app.gap.calibrating import FittingPlan, days_of, origin, reported, rigs_of
 from rig.gap.prior_fitting.levels import wider_for_another
+from rig.gap.priors import Fitted, UsualNoise
 from rig.gap.raw_tests.noise import noise_beside_the_motion
 from rig.gap.raw_tests.noise_levels import angles_of, span
-from rig.gap.settings import Fitted, UsualNoise
 from rig.parallel import executor
 from rig.record import Record
 

@@ -12,9 +12,9 @@ from rig.blind_check.folder import CheckFolder
 from rig.errors import RecordError
 from rig.gap.hypotheses.library import LIBRARY, NONE, UNKNOWN
 from rig.gap.prior_fitting.odds import EVERY_ODDS, FactorTruth, Judgement, fit_odds, log_likelihood
+from rig.gap.priors import Fitted, Odds
 from rig.gap.reference.expected import UNCORRECTED
 from rig.gap.reference.kinds import ReferenceKind
-from rig.gap.settings import Fitted, Odds
 
 LEAST_FACTORS = 60
 """Fewer tell nothing of odds that lie some nats apart."""

@@ -22,7 +22,7 @@ from rig.errors import RigError
 from rig.gap import settings
 from rig.gap.answer.facts import Verdict
 from rig.gap.diagnosis import diagnose_with_grounds
-from rig.gap.settings import BuildSpread, FactorLevels, Fitted, Levels, Odds, Prior, UsualNoise, UsualSizes, fitted
+from rig.gap.priors import BuildSpread, FactorLevels, Fitted, Levels, Odds, Prior, UsualNoise, UsualSizes, fitted
 from rig.model.parameters import Model
 from rig.parallel import each, executor
 from rig.record import Record

@@ -26,10 +26,10 @@ from rig.gap.hypotheses.library import LIBRARY
 from rig.gap.plan.capability import capability
 from rig.gap.plan.planned_records import expect_planned
 from rig.gap.plan.settings import CHANCE
+from rig.gap.priors import fitted
 from rig.gap.records.pairs import pair_up
 from rig.gap.reference.build import expect
 from rig.gap.reference.kinds import ReferenceKind
-from rig.gap.settings import fitted
 from rig.model.parameters import Model
 from rig.parallel import each, executor
 from rig.record import Record

@@ -12,7 +12,7 @@ from rig.blind_check.folder import CheckFolder
 from rig.errors import RecordError
 from rig.gap.hypotheses.library import LIBRARY
 from rig.gap.prior_fitting.temperature import NamedFactor, fit_temperature, log_likelihood
-from rig.gap.settings import Fitted
+from rig.gap.priors import Fitted
 
 LEAST_FACTORS = 40
 """With fewer the temperature is known to no better than a factor of two."""

@@ -17,12 +17,12 @@ from rig.gap.evidence.posterior import Posterior, judge
 from rig.gap.hypotheses.inverse_problems import angle_problem, pressure_problem
 from rig.gap.hypotheses.library import NONE, chosen
 from rig.gap.prior_fitting.usual_sizes import Factors, Shown, fit_usual
+from rig.gap.priors import Fitted, UsualSizes
 from rig.gap.records.pairs import pair_up
 from rig.gap.reference.build import expect
 from rig.gap.reference.expected import SISTER
 from rig.gap.reference.kinds import ReferenceKind
 from rig.gap.reference.own_days import pressure_days
-from rig.gap.settings import Fitted, UsualSizes
 from rig.model.parameters import Model
 from rig.parallel import executor
 from rig.record import Record

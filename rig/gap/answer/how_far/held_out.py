@@ -11,9 +11,9 @@ from rig.gap.answer.how_far.halves import in_halves
 from rig.gap.hypotheses.fit import Fit, refit
 from rig.gap.hypotheses.given import forward_given
 from rig.gap.hypotheses.inverse_problems import PRESSURES, angle_forward, on_records, pressure_forward
+from rig.gap.priors import Fitted
 from rig.gap.reference.expected import Expected
 from rig.gap.response.causes import Applied
-from rig.gap.settings import Fitted
 from rig.model.parameters import Model
 from rig.record import Column
 

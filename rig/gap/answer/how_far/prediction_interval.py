@@ -19,7 +19,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from rig.gap.settings import Spread
+from rig.gap.priors import Spread
 from rig.record import Column
 
 LEVEL = 0.90

@@ -17,8 +17,8 @@ from rig.gap.answer.result import Interval
 from rig.gap.hypotheses.fit import Fit
 from rig.gap.hypotheses.library import FREE_JOINT
 from rig.gap.plan.next_experiment import spreads
+from rig.gap.priors import Reach
 from rig.gap.reference.kinds import ReferenceKind
-from rig.gap.settings import Reach
 from rig.model.effect_stages import EFFECT_STAGES
 from rig.record import Column
 

@@ -11,7 +11,7 @@ from rig.app.gap.study.intervals import LEAST_CASES, with_intervals
 from rig.blind_check.folder import CheckFolder, write_json, write_truth
 from rig.blind_check.row import CaseKind, Row, Scored
 from rig.errors import RecordError
-from rig.gap.settings import fitted
+from rig.gap.priors import fitted
 
 MODE, SIZE_S = "one_day", 0.03
 CLEAR = Row(

@@ -22,7 +22,8 @@ from rig.app.gap.study.laws import (
     with_errors,
 )
 from rig.gap.hypotheses.library import LIBRARY
-from rig.gap.settings import MOST_ROUGH, PRIORS, fitted
+from rig.gap.priors import PRIORS, fitted
+from rig.gap.settings import MOST_ROUGH
 
 SEED = 994003
 LARGEST, MIDDLE = 2, 0

@@ -10,8 +10,8 @@ import pytest
 import yaml
 
 from rig.app.gap.calibrating import FittingPlan, provenance_of, with_what_others_fit, write
+from rig.gap.priors import PRIORS, fitted
 from rig.gap.provenance import EVERYTHING, FitProvenance, Origin
-from rig.gap.settings import PRIORS, fitted
 
 SHIPPED: dict[str, Any] = yaml.safe_load(PRIORS.read_text(encoding="utf-8"))
 ANEW, OLD = Origin("anew"), Origin("before")

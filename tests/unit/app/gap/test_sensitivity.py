@@ -18,8 +18,8 @@ from rig.app.gap.study.sensitivity import (
 from rig.app.gap.study.sensitivity_page import as_markdown
 from rig.gap import settings
 from rig.gap.answer.facts import Verdict
+from rig.gap.priors import fitted
 from rig.gap.reference import expectation
-from rig.gap.settings import fitted
 
 TOP = DecidingNumber(sensitivity.CONSTANTS, "TOP_HZ", settings.TOP_HZ)
 

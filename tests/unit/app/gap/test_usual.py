@@ -5,7 +5,7 @@ from rig.app.gap.calibrating import FittingPlan
 from rig.app.gap.study import usual
 from rig.app.gap.study.usual import with_usual
 from rig.gap.hypotheses.library import LIBRARY
-from rig.gap.settings import fitted
+from rig.gap.priors import fitted
 
 PLAN = FittingPlan((NAMES[0],), 1, 302, workers=1)
 

@@ -8,8 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from rig.gap.answer.how_far.size_intervals import LEVEL, NamedSize, deviation_of, fit_reach, half_width, reference_of
+from rig.gap.priors import Reach, fitted
 from rig.gap.reference.kinds import ReferenceKind
-from rig.gap.settings import Reach, fitted
 
 POSITIVE = st.floats(1e-3, 1e3)
 

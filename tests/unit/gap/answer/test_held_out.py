@@ -14,9 +14,9 @@ from rig.gap.answer.how_far.halves import in_halves
 from rig.gap.answer.how_far.held_out import how_far
 from rig.gap.diagnosis import diagnose_with_grounds
 from rig.gap.hypotheses.fit import Fit, ForwardModel, refit
+from rig.gap.priors import fitted
 from rig.gap.reference.gaps import commanded_gaps, rms_of
 from rig.gap.response.causes import Applied
-from rig.gap.settings import fitted
 from rig.model.parameters import AddedEffect
 from rig.record import Column
 

@@ -10,7 +10,8 @@ from rig.gap.answer.sureness import confidence_of
 from rig.gap.diagnosis import diagnose_with_grounds
 from rig.gap.hypotheses.library import NONE
 from rig.gap.pipeline import Grounds
-from rig.gap.settings import EITHER_CHANCE, fitted
+from rig.gap.priors import fitted
+from rig.gap.settings import EITHER_CHANCE
 from rig.model.parameters import AddedEffect
 
 

@@ -13,7 +13,7 @@ from rig.gap.answer.how_far.prediction_interval import (
     prediction_interval,
     scale_deg2,
 )
-from rig.gap.settings import Spread
+from rig.gap.priors import Spread
 
 SPREAD = Spread(floor=0.2, law=0.2, below=1.0, above=3.0, cases=100)
 positive = st.floats(0.01, 10.0)

@@ -9,9 +9,9 @@ from support.plants.gap_rigs import baselines, model, session
 from rig.gap.evidence.posterior import Posterior
 from rig.gap.hypotheses.library import NONE
 from rig.gap.pipeline import weigh
+from rig.gap.priors import Fitted, fitted
 from rig.gap.question import Question
 from rig.gap.reference.kinds import ReferenceKind
-from rig.gap.settings import Fitted, fitted
 from rig.model.parameters import AddedEffect
 
 FEW = ("valve_lag", "sensor_gain", "coulomb_friction")

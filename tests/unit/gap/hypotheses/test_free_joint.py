@@ -7,7 +7,7 @@ import pytest
 from support.plants.gap_rigs import asked, session
 
 from rig.gap.hypotheses.library import FREE_JOINT, LIBRARY
-from rig.gap.settings import fitted
+from rig.gap.priors import fitted
 from rig.model.effect_stages import EFFECT_STAGES
 from rig.model.parameters import AddedEffect
 

@@ -12,8 +12,8 @@ from rig.gap.diagnosis import diagnose_with_grounds
 from rig.gap.hypotheses.inverse_problems import angle_forward, at_another_time, other_pressures, rougher_beyond
 from rig.gap.likelihood.gaussian import Gaussian
 from rig.gap.likelihood.lines import lines_of
+from rig.gap.priors import fitted
 from rig.gap.response.propagate import as_late_as_measured
-from rig.gap.settings import fitted
 from rig.model.parameters import AddedEffect
 
 ROWS, DT_S = 2000, 0.01

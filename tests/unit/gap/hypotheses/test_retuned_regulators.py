@@ -13,11 +13,11 @@ from rig.gap.hypotheses.fit import ForwardModel, UncertainParameters, settled
 from rig.gap.hypotheses.inverse_problems import pressure_forward
 from rig.gap.hypotheses.library import UNKNOWN
 from rig.gap.pipeline import Grounds
+from rig.gap.priors import BuildSpread, fitted
 from rig.gap.records.pairs import pair_up
 from rig.gap.reference.build import expect
 from rig.gap.reference.kinds import ReferenceKind
 from rig.gap.response.causes import Applied, ready
-from rig.gap.settings import BuildSpread, fitted
 from rig.record import Column, Record
 
 

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from rig.gap.hypotheses.law_errors import law_patterns, log_densities, rough_law, with_law
 from rig.gap.likelihood.gaussian import Gaussian
 from rig.gap.likelihood.lines import lines_of
-from rig.gap.settings import fitted
+from rig.gap.priors import fitted
 
 ROWS, DT_S = (2000, 1953, 1300), 0.01
 LINES = lines_of(ROWS, [DT_S] * 3, [np.ones(rows) for rows in ROWS], 6.0)

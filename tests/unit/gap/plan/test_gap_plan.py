@@ -24,9 +24,10 @@ from rig.gap.plan.directions import columns, sized, usual_directions
 from rig.gap.plan.information import inform, log_odds, needed_separation, separations
 from rig.gap.plan.next_experiment import Hypothesis, as_rough, expected_confidence, next_experiment
 from rig.gap.plan.planned_records import KnownRig, expect_planned, factors_of, within
+from rig.gap.priors import Odds, fitted
 from rig.gap.records.usable import usable
 from rig.gap.response.causes import Applied
-from rig.gap.settings import SESSION_S, Odds, fitted
+from rig.gap.settings import SESSION_S
 from rig.model.parameters import load_model
 from rig.model.simulation import simulate
 from rig.record import Column

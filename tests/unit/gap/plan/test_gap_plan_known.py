@@ -25,11 +25,12 @@ from rig.gap.plan.information import Information, inform, separations
 from rig.gap.plan.next_experiment import Hypothesis, next_experiment
 from rig.gap.plan.planned_records import KnownRig, expect_planned, factors_of, known_rig
 from rig.gap.plan.raw_ability import RAW, STEP, raw_abilities, smallest
+from rig.gap.priors import fitted
 from rig.gap.records.pairs import pair_up
 from rig.gap.reference.build import expect, known_how
 from rig.gap.reference.kinds import ReferenceKind
 from rig.gap.response.causes import Applied
-from rig.gap.settings import SESSION_S, fitted
+from rig.gap.settings import SESSION_S
 from rig.identify.response.fingerprint import fingerprint_of
 
 FEW = [LIBRARY[name] for name in ("valve_lag", "viscous_friction")]

@@ -8,10 +8,10 @@ import pytest
 from rig.gap.likelihood.gaussian import Gaussian
 from rig.gap.likelihood.lines import lines_of
 from rig.gap.prior_fitting.levels import START, fit_levels, fit_monitors
+from rig.gap.priors import FactorLevels, Levels, fitted
 from rig.gap.reference.expectation import Parts
 from rig.gap.reference.monitors import misread
 from rig.gap.reference.patterns import VALVE_PATTERNS
-from rig.gap.settings import FactorLevels, Levels, fitted
 
 ROWS, DT_S = 400, 0.02
 

@@ -14,7 +14,7 @@ from rig.blind_check.folder import CheckFolder
 from rig.cli.gap.study import odds
 from rig.errors import RecordError
 from rig.gap.prior_fitting.odds import EVERY_ODDS, FactorTruth, Judgement, fit_odds, log_likelihood
-from rig.gap.settings import Odds, fitted
+from rig.gap.priors import Odds, fitted
 
 SHARES = (0.6, 0.1, 0.3)
 """Of factors that hold nothing, something unknown, an effect."""

@@ -20,9 +20,10 @@ from rig.gap.evidence.posterior import flattened
 from rig.gap.hypotheses.library import NONE, UNKNOWN
 from rig.gap.pipeline import answer, weigh
 from rig.gap.prior_fitting.temperature import NamedFactor, fit_temperature, log_likelihood
+from rig.gap.priors import Fitted, fitted
 from rig.gap.question import Question
 from rig.gap.reference.kinds import ReferenceKind
-from rig.gap.settings import CREDIBLE, Fitted, fitted
+from rig.gap.settings import CREDIBLE
 from rig.model.parameters import AddedEffect
 
 EFFECTS = 6

@@ -20,11 +20,11 @@ from rig.gap.hypotheses.library import NONE, chosen
 from rig.gap.pipeline import weigh
 from rig.gap.plan.capability import capability
 from rig.gap.prior_fitting.usual_sizes import Factors, Shown, fit_usual
+from rig.gap.priors import Fitted, UsualSizes, fitted
 from rig.gap.question import Question
 from rig.gap.records.pairs import pair_up
 from rig.gap.reference.build import expect
 from rig.gap.reference.kinds import ReferenceKind
-from rig.gap.settings import Fitted, UsualSizes, fitted
 from rig.model.parameters import AddedEffect
 
 FEW = ("valve_dead_band", "delay", "valve_gain", "sensor_gain", "inertia")

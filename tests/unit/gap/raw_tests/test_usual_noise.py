@@ -11,7 +11,7 @@ from support.plants.gap_rigs import model, session
 from rig.app.gap.study.noise import HeardNoise, fit_noise, heard_noise
 from rig.gap import diagnose
 from rig.gap.answer.result import Diagnosis
-from rig.gap.settings import UsualNoise, fitted
+from rig.gap.priors import UsualNoise, fitted
 from rig.log.reader import read
 from rig.model.parameters import AddedEffect, Model
 

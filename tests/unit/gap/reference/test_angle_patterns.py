@@ -7,13 +7,13 @@ import pytest
 from support.plants.gap_rigs import baselines, model, session
 
 from rig.gap.hypotheses.inverse_problems import parts_of_angle
+from rig.gap.priors import BuildSpread, fitted
 from rig.gap.records.pairs import pair_up
 from rig.gap.reference.build import expect
 from rig.gap.reference.expectation import Parts
 from rig.gap.reference.expected import Expected
 from rig.gap.reference.kinds import ReferenceKind
 from rig.gap.reference.patterns import ANGLE_PATTERNS, BANK, VISCOUS
-from rig.gap.settings import BuildSpread, fitted
 
 GAIN, LOOP = ANGLE_PATTERNS.index("gain"), ANGLE_PATTERNS.index("loop")
 

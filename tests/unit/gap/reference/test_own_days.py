@@ -10,10 +10,10 @@ from hypothesis import strategies as st
 
 from rig.gap.likelihood.gaussian import Gaussian
 from rig.gap.likelihood.lines import lines_of
+from rig.gap.priors import FactorLevels, fitted
 from rig.gap.reference import own_days
 from rig.gap.reference.expectation import Parts
 from rig.gap.reference.own_days import contrasts, learnt, own_factor, own_floor
-from rig.gap.settings import FactorLevels, fitted
 
 ROWS = 2000
 LINES = lines_of([ROWS], [0.01], [np.ones(ROWS)], 6.0)

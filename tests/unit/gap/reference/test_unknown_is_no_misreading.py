@@ -9,8 +9,8 @@ from rig.gap.both_factors import expected_given
 from rig.gap.diagnosis import diagnose_with_grounds
 from rig.gap.hypotheses.library import NONE, UNKNOWN
 from rig.gap.pipeline import Grounds
+from rig.gap.priors import fitted
 from rig.gap.reference.own_days import pressure_days
-from rig.gap.settings import fitted
 from rig.model.parameters import AddedEffect
 
 SHIFT = AddedEffect("valve_offset", {"offset_mpa": -0.015, "balance": 1.0})

@@ -10,7 +10,7 @@ from rig.gap.diagnosis import diagnose_with_grounds
 from rig.gap.hypotheses.inverse_problems import pressure_forward
 from rig.gap.likelihood.gaussian import Gaussian
 from rig.gap.pipeline import Grounds
-from rig.gap.settings import fitted
+from rig.gap.priors import fitted
 from rig.identify.response.fingerprint import fingerprint_of
 from rig.model.parameters import Model
 from rig.model.response.fingerprint_check import fingerprint_checksum
