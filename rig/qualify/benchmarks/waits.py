@@ -40,7 +40,7 @@ def bench_waits() -> dict[str, Any]:
     with TemporaryDirectory(prefix="pamrig-bench-") as folder:
         place = Path(folder)
         _record(place)
-        _pamrig(place, "identify", "day_1", *SEARCH, "-o", "model.yaml")
+        timed(place, "identify", "day_1", *SEARCH, "-o", "model.yaml")
         return {name: row for part in PARTS for name, row in part(place).items()}
 
 
@@ -54,7 +54,7 @@ def _record(place: Path) -> None:
     """A session of a rig that has changed, and the healthy days before it, in virtual time."""
     days = [(f"day_{seed}", HEALTHY, seed) for seed in range(1, DAYS + 1)]
     for name, rig, seed in (*days, ("worn", WORN, DAYS + 1)):
-        _pamrig(place, "run", SWEEP, "--rig", rig, "--clock", "virtual", "--seed", f"{seed}", "-o", name)
+        timed(place, "run", SWEEP, "--rig", rig, "--clock", "virtual", "--seed", f"{seed}", "-o", name)
 
 
 def diagnosed(place: Path) -> dict[str, Any]:
@@ -62,10 +62,10 @@ def diagnosed(place: Path) -> dict[str, Any]:
     days = [f"day_{day}" for day in range(1, DAYS + 1)]
     baselines = [word for day in days for word in ("--baseline", day)]
     words = ("gap", "diagnose", "--model", "model.yaml", "--log", "worn", *baselines, "--json", "gap.json")
-    _pamrig(place, *words)
+    timed(place, *words)
     return {
         f"gap diagnose, {DAYS} days": figure(
-            _pamrig(place, *words),
+            timed(place, *words),
             "s",
             _PACKAGES_ALONE,
             _python(place, "-c", _PACKAGES),
@@ -82,7 +82,7 @@ def identified(place: Path) -> dict[str, Any]:
     from rig.model.compiled.swarm import cores
     from rig.qualify.benchmarks.identify import steps_per_second
 
-    seconds = _pamrig(place, "identify", "day_1", *SEARCH, "-o", "again.yaml", "--json", "identified.json")
+    seconds = timed(place, "identify", "day_1", *SEARCH, "-o", "again.yaml", "--json", "identified.json")
     evaluations = json.loads((place / "identified.json").read_text(encoding="utf-8"))["evaluations"]
     ticks = sum(len(record) for record in read(place / "day_1"))
     return {
@@ -102,7 +102,7 @@ def checked(place: Path) -> dict[str, Any]:
     """Development cases of the blind check in one mode; the limit is their processor time over all cores."""
     words = ("gap", "check", "--cases", f"{CASES}", "--seed", "1", "--development", "--modes", "days", "--no-angle")
     before = _children_s()
-    seconds = _pamrig(place, *words, "-o", "check")
+    seconds = timed(place, *words, "-o", "check")
     busy = (_children_s() - before) / (os.cpu_count() or 1)
     scale = WHOLE_CHECK / CASES
     return {
@@ -133,7 +133,8 @@ def toured(place: Path) -> dict[str, Any]:
 PARTS: Sequence[Callable[[Path], dict[str, Any]]] = (diagnosed, identified, toured)
 
 
-def _pamrig(place: Path, *words: str) -> float:
+def timed(place: Path, *words: str) -> float:
+    """Seconds that a pamrig command takes in that folder, as a process of its own."""
     return _python(place, "-m", "rig.cli.main", *words)
 
 

@@ -187,7 +187,7 @@ def test_waits(short: Callable[..., None], capsys: pytest.CaptureFixture[str], t
 def test_check(short: Callable[..., None], capsys: pytest.CaptureFixture[str]) -> None:
     """Its command runs whole in `test_blind_check`; here it takes a minute, of which nothing is waited for."""
     asked: list[tuple[str, ...]] = []
-    short(waits, _pamrig=lambda place, *words: asked.append(words) or 60.0)
+    short(waits, timed=lambda place, *words: asked.append(words) or 60.0)
     figures = waits.bench_check()
     assert [words[:2] for words in asked] == [("gap", "check")]
     assert [row["value"] for row in figures.values()] == [60.0 * waits.WHOLE_CHECK / waits.CASES]
