@@ -27,7 +27,7 @@ from rig.realtime.loop import Loop, LoopSettings
 from rig.realtime.rehearsal import NoDevice, Rehearsal, Rehearsals
 from rig.realtime.ring import Ring, RingWriter
 from rig.rig_config import RigConfig
-from rig.service.processes import name_process, tell_commander
+from rig.service.processes import name_process, stand_apart, tell_commander
 from rig.service.session.process_setups import LoopSetup
 
 _PR_SET_PDEATHSIG = 1
@@ -39,6 +39,7 @@ costs."""
 
 def loop_process(setup: LoopSetup, pipe: Connection) -> None:
     """Entry of the loop's process: open the device, take the real-time measures, wait for `go`, tick."""
+    stand_apart()
     for number in (signal.SIGINT, signal.SIGTSTP):
         signal.signal(number, signal.SIG_IGN)  # the terminal's Ctrl-C and Ctrl-Z are for the process that commands
     name_process("loop")

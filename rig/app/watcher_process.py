@@ -30,7 +30,7 @@ from rig.realtime.safe_state import (
 )
 from rig.realtime.supervisor import Supervisor
 from rig.rig_config import RigConfig
-from rig.service.processes import name_process, tell_commander
+from rig.service.processes import name_process, stand_apart, tell_commander
 from rig.service.session.process_setups import WatcherSetup
 
 GUARDIAN_PATIENCE_NS: Final = 250_000_000
@@ -88,7 +88,9 @@ def watcher_process(setup: WatcherSetup, pipe: Connection) -> None:
 
 
 def stay(writer: Writer) -> None:
-    """This process ends when its work is done, and not before; it is called like who it is."""
+    """This process ends when its work is done, and not before, nor with the group of who commands; it is called like
+    who it is."""
+    stand_apart()
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGTSTP):
         signal.signal(number, signal.SIG_IGN)
     name_process(writer.name.lower())

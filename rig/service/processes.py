@@ -115,6 +115,14 @@ def name_process(name: str) -> None:
         Path("/proc/self/comm").write_text(f"pamrig-{name}", encoding="ascii")
 
 
+def stand_apart() -> None:
+    """Leave the process group and session of who commands: what is sent to that group (Ctrl-\\ and the like by a
+    terminal, `kill %1` by a shell, SIGKILL by `timeout`) is for him, and would end or stop those that see to the safe
+    state together with him."""
+    with contextlib.suppress(OSError):  # it leads a group already
+        os.setsid()
+
+
 def tell_commander(pipe: Connection, kind: str, said: object) -> None:
     """For the process that commands; one that is gone hears nothing, which keeps no loop from coming to its own end and
     is the more reason for a watcher to watch."""

@@ -20,7 +20,7 @@ from rig.realtime.faults import Fault, explain
 from rig.realtime.ring import Ring, RingReader
 from rig.realtime.state import State
 from rig.sample import Flag, Phase, Sample, unpack
-from rig.service.processes import name_process
+from rig.service.processes import name_process, stand_apart
 from rig.service.records.lateness import quantiles
 from rig.service.records.recorder_messages import Mark, RecorderTrouble, RunOrder, RunResult, message_of
 
@@ -51,6 +51,7 @@ _WORTH_A_LINE = (
 
 def record(ring_path: Path, session: int, orders: Connection, results: Connection) -> None:
     """Entry of the recorder's process: until the orders end, then finish what is open."""
+    stand_apart()
     # these are for the process that commands, or go to all when a terminal is closed: the file is to be finished also
     # then. The end of the orders ends the recorder, also when that process is killed
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGTSTP, signal.SIGHUP):
