@@ -10,6 +10,7 @@ import re
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import replace
+from hashlib import sha256
 from pathlib import Path
 from typing import Any, Final
 
@@ -75,7 +76,9 @@ def read(path: Path, phases: Iterable[Phase] | None = SWEEP_ONLY) -> list[Record
         raise RecordError(
             f"{left_out[0]}; nothing in {path} is complete (a file that is named itself is read as it is)"
         )
-    return _number_repeats(sorted(records, key=lambda record: (str(record.facts["session"]), record.name)))
+    recordings_first = sorted(records, key=lambda record: record.source is None or not is_mcap(record.source))
+    kept = sorted(_each_once(recordings_first), key=lambda record: (str(record.facts["session"]), record.name))
+    return _number_repeats(kept)
 
 
 def _complete_ones(
@@ -150,8 +153,23 @@ def is_mcap(file: Path) -> bool:
 
 
 def read_all(paths: Iterable[Path]) -> list[Record]:
-    """The records of several files or folders, each sweep only."""
-    return [record for path in paths for record in read(path)]
+    """The records of several files or folders, each sweep only; one that is found twice counts once."""
+    return list(_each_once(record for path in paths for record in read(path)))
+
+
+def _each_once(records: Iterable[Record]) -> Iterator[Record]:
+    """Without what repeats another to the last bit, which is said: a copy beside its original, a file of a folder that
+    is named as well. As a second measurement it would make what is fitted too sure of itself. Repeats of a sweep are
+    numbered, and stay, also where a simulator without noise has made them."""
+    seen: dict[tuple[object, ...], Record] = {}
+    for record in records:
+        columns = (getattr(record, name) for name in MAIN_COLUMNS[1:])
+        contents = (None if column is None else sha256(column.tobytes()).digest() for column in columns)
+        first = seen.setdefault((record.facts.get("repeat"), *contents), record)
+        if first is record:
+            yield record
+        else:
+            _warn(f"{record.source}: passed over: the same record as {first.source}, which counts once")
 
 
 def read_samples(path: Path) -> Samples:

@@ -77,7 +77,9 @@ def test_sessions_and_repeats_of_a_folder(tmp_path: Path) -> None:
     for session in ("monday", "tuesday"):
         (tmp_path / session).mkdir()
         for name in (SINE, f"{SINE}_r2", "triangle_0.3hz_0.12mpa"):
-            (tmp_path / session / f"{name}.csv").write_text(HEADER + ROWS)
+            (tmp_path / session / f"{name}.csv").write_text(
+                HEADER + ROWS + f"0.015,0.02,0.22,0.18,{ord(session[0]) + len(name)}\n"
+            )
     records = read(tmp_path)
     keys = [(record.facts["session"], record.name, record.facts["repeat"]) for record in records]
     assert keys == [
@@ -387,8 +389,8 @@ def test_a_pipe_is_refused_and_not_waited_for(tmp_path: Path) -> None:
 
 def test_a_folder_has_the_files_whose_suffix_is_in_capitals(tmp_path: Path) -> None:
     (tmp_path / f"{SINE}.CSV").write_text(HEADER + ROWS)
-    (tmp_path / "lower.csv").write_text(HEADER + ROWS)
-    (tmp_path / "packed.Csv.GZ").write_bytes(gzip.compress((HEADER + ROWS).encode()))
+    (tmp_path / "lower.csv").write_text(HEADER + ROWS + "0.015,0.02,0.22,0.18,4\n")
+    (tmp_path / "packed.Csv.GZ").write_bytes(gzip.compress((HEADER + ROWS + "0.015,0.02,0.22,0.18,5\n").encode()))
     made_log(tmp_path / "run.MCAP", 400)
     (tmp_path / "run.CSV").write_text("a table beside its recording counts once")
     assert [record.name for record in read(tmp_path)] == [SINE, "lower", "packed", SINE]
