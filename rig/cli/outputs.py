@@ -64,9 +64,12 @@ class Command(click.Command):
     """A command whose outputs are held apart from its inputs and from each other, before it does anything."""
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
-        """As click does; who gives several values to an option is told to repeat it."""
+        """As click does; who gives several values to an option is told to repeat it, and an empty name of a file or
+        folder is refused."""
         given = [*args]
         try:
+            if not ctx.resilient_parsing:
+                self._refuse_empty_paths(ctx, given)
             return super().parse_args(ctx, args)
         except click.UsageError as error:
             repeated = next((one.opts[0] for one in self.params if one.multiple and {*one.opts} & {*given}), None)
@@ -74,6 +77,14 @@ class Command(click.Command):
                 raise
             example = f"an option takes one value; repeat it for several: {repeated} A {repeated} B"
             raise click.UsageError(f"{error.message}; {example}", ctx) from None
+
+    def _refuse_empty_paths(self, ctx: click.Context, args: list[str]) -> None:
+        """UsageError for what a variable without a value leaves of `--log "$DAY"`: as a path it would be the current
+        folder, with all that lies there and below."""
+        named, _, _ = self.make_parser(ctx).parse_args([*args])
+        for param in self.params:
+            if isinstance(param.type, Output | click.Path) and "" in _values(named.get(param.name or "")):
+                raise click.BadParameter("an empty name; `.` is the current folder", ctx, param)
 
     def invoke(self, ctx: click.Context) -> Any:
         """As click does, after that check."""
@@ -88,6 +99,11 @@ class Command(click.Command):
         if unwritten := ctx.meta.pop(_UNWRITTEN, ""):
             raise RigError(unwritten)
         return done
+
+
+def _values(given: object) -> tuple[object, ...]:
+    """Of an option that may be repeated, or an argument of several, all; of another the one."""
+    return tuple(given) if isinstance(given, list | tuple) else (given,)
 
 
 @contextlib.contextmanager
