@@ -37,6 +37,7 @@ class _Tail:
         self._fd = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o644)
         self._made = os.fstat(self._fd)
         self._written = 0
+        self._spoilt = False
         self.pending = bytearray()
 
     def write(self, data: bytes) -> int:
@@ -48,6 +49,7 @@ class _Tail:
 
     def flush(self) -> None:
         while self.pending:
+            self._spoilt = not self.is_ours  # before the hole is hidden by what is written behind it
             count = os.write(self._fd, self.pending)
             del self.pending[:count]
             self._written += count
@@ -61,6 +63,12 @@ class _Tail:
             return os.path.samestat(os.stat(path), self._made)
         except OSError:
             return False
+
+    @property
+    def is_ours(self) -> bool:
+        """It was always as long as it was written here; somebody who cuts it, as log rotation does, leaves a hole of
+        zeros."""
+        return not self._spoilt and (self._fd < 0 or os.fstat(self._fd).st_size == self._written)
 
     def close(self) -> None:
         if self._fd >= 0:
@@ -143,15 +151,22 @@ class RunWriter:
         self._check_there()
 
     def _check_there(self) -> None:
-        """RecordError when something else, or nothing, stands in its place: that must not get its name."""
-        if self.gone:
+        """RecordError when something else, or nothing, stands in its place, or what somebody else has cut or written
+        to: that must not get its name."""
+        if not self._is_there:
             raise RecordError(f"{self.partial}: was deleted or moved while it was being written")
+        if not self._tail.is_ours:
+            raise RecordError(f"{self.partial}: was cut or written to by somebody else while it was being written")
 
     @property
     def gone(self) -> bool:
-        """The file that is being written is not any more where it was begun: somebody deleted or moved it, or its
-        folder."""
-        return not self._tail.is_at(self.partial)
+        """The file that is being written is not any more where it was begun, or not what was written: somebody deleted
+        or moved it, or its folder, cut it or wrote to it."""
+        return not (self._is_there and self._tail.is_ours)
+
+    @property
+    def _is_there(self) -> bool:
+        return self._tail.is_at(self.partial)
 
     def close_chunk(self) -> None:
         """Close the chunk without waiting for the disk: for who converts a file and can do it again."""
@@ -191,7 +206,7 @@ class RunWriter:
         """Let go of the file and remove it, if it is still there and may be removed: for who converts a file and
         failed."""
         self._tail.close()
-        if not self.gone:
+        if self._is_there:
             with suppress(OSError):  # read-only by now: why nothing was written is told already
                 self.partial.unlink()
 

@@ -303,3 +303,19 @@ def test_another_s_recording_never_gets_the_name_of_one_that_is_gone(tmp_path: P
     assert [file.name for file in other.iterdir()] == ["run.mcap.partial"]
     assert recover(tmp_path / "moved" / "run.mcap.partial", tmp_path / "saved.mcap").records == 10
     others.finish({})
+
+
+@pytest.mark.parametrize("bytes_left", [0, 100, 100_000])
+def test_a_recording_that_somebody_else_cuts_or_makes_longer_gets_no_name(tmp_path: Path, bytes_left: int) -> None:
+    """As log rotation with `copytruncate` does: the rest was written behind a hole of zeros, and called valid."""
+    run = RunWriter(tmp_path / "run.mcap", {}, {})
+    put(run, packed(10))
+    run.flush()
+    os.truncate(run.partial, bytes_left)
+    assert run.gone
+    put(run, packed(10))
+    with pytest.raises(RecordError, match="was cut or written to by somebody else while it was being written"):
+        run.flush()
+    with pytest.raises(RecordError, match="was cut or written to"):
+        run.finish({"valid": True})
+    assert not run.path.exists()
