@@ -14,7 +14,7 @@ from rig.fields import bounded
 from rig.gap.records.outliers import fall_notes, without_falls
 from rig.identify.fit import Identified, Report, Settings, identify
 from rig.identify.records.data import RecordOptions, best_input, check_length, cut
-from rig.identify.records.rest import at_own_rest, far_from_all
+from rig.identify.records.rest import at_own_rest, far_from_all, require_rest
 from rig.identify.records.zero import why_zero_is_free
 from rig.identify.response.mean_law import PROPORTIONAL, mean_law
 from rig.identify.search.stability import SweepRange
@@ -132,6 +132,8 @@ def start_model(start: StartOptions, records: list[Record], options: RecordOptio
     if start.p0_mpa is not None and (doubt := far_from_all(start.p0_mpa, records)):
         choices.append(doubt)
     p0_mpa = start.p0_mpa if start.p0_mpa is not None else template_rest(records)
+    if pneumatic and any(record.has_pressures for record in records):
+        require_rest(p0_mpa, "--p0" if start.p0_mpa is not None else f"{records[0].name}'s fact p0_mpa")
     exponent = start.mean_exponent
     if exponent is None and not pneumatic:
         exponent = 0.0

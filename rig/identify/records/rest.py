@@ -7,6 +7,7 @@ from typing import Final
 import numpy as np
 
 from rig.conditions import MEASURED_REST, commanded_rest
+from rig.errors import RecordError
 from rig.identify.records.monitors import dead_monitor
 from rig.record import Record
 
@@ -14,6 +15,8 @@ SHIFTED_MPA: Final = 0.03
 """Measured P0s that lie this far apart are two P0s, MPa: three times what regulators and monitors differ by between
 days; laboratories set P0 in steps of 50 kPa. Within a day they were commanded; between days, or beside a model, both
 pressures may be shifted. Less: a fault of one record is taken for another P0."""
+_LEAST_MPA: Final = 0.001
+"""Less than any regulator holds, MPa."""
 _STEP_DIGITS: Final = 2
 """P0 is set in whole 10 kPa."""
 
@@ -45,6 +48,16 @@ def far_from_all(p0_mpa: float, records: Sequence[Record]) -> str:
         return ""
     around = " and ".join(sorted({f"{rest:.{_STEP_DIGITS}f}" for rest in rests}))
     return f"P0 is {p0_mpa:g} MPa, as --p0 says; the pressures of these records lie around {around} MPa: is it right?"
+
+
+def require_rest(p0_mpa: float, who: str) -> None:
+    """RecordError for a P0 about which no muscle moves, as `who` says it: regulators are told apart by what they add to
+    it, and a model without it is not a number."""
+    if p0_mpa < _LEAST_MPA:
+        raise RecordError(
+            f"P0 is {p0_mpa:g} MPa, as {who} says; where pressures were measured it is {_LEAST_MPA:g} MPa and more; "
+            "--p0 says another"
+        )
 
 
 def taken_for(record: Record, rest_mpa: float) -> Record:

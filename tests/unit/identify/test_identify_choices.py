@@ -111,6 +111,21 @@ def test_a_p0_that_is_asked_for_and_in_no_record_is_doubted(p0_mpa: float, recor
     assert doubted == ([said] if around else [])
 
 
+@pytest.mark.parametrize("drive", ["auto", "command"])
+@pytest.mark.parametrize("p0_mpa", [0.0, -3.0, 1e-300])
+def test_a_p0_about_which_nothing_moves_is_refused(p0_mpa: float, drive: str) -> None:
+    """The model that was written had numbers that are none, and was refused by the next command, or the identification
+    ended in a traceback."""
+    with pytest.raises(
+        RecordError, match=r"P0 is \S+ MPa, as --p0 says; where pressures were measured it is 0.001 MPa"
+    ):
+        start_model(replace(ASKED, drive=drive, p0_mpa=p0_mpa), [ONE], RecordOptions())
+    said = replace(ONE, facts={"p0_mpa": p0_mpa})
+    with pytest.raises(RecordError, match="'s fact p0_mpa says"):
+        start_model(replace(ASKED, drive=drive), [said], RecordOptions())
+    start_model(replace(ASKED, p0_mpa=p0_mpa), [BARE], RecordOptions())
+
+
 def test_the_exponent_is_held_for_the_search_where_the_response_model_leaves_least() -> None:
     model, choices = start_model(ASKED, SEVERAL, RecordOptions())
     assert len(choices) == 2
