@@ -24,7 +24,7 @@ from rig.number_text import counted
 from rig.realtime.faults import Fault
 from rig.realtime.guard import Limits
 from rig.record import Record
-from rig.sample import ABSENT_BY_COLUMN, WIRES, Flag
+from rig.sample import ABSENT_BY_COLUMN, WIRES, Flag, Phase
 
 ESSENTIAL: Final = (
     "tick",
@@ -232,6 +232,10 @@ def _check_values(samples: Samples, limits: Limits) -> Iterator[str]:
     ranges = {"p1_mpa": limits.monitor_mpa, "p2_mpa": limits.monitor_mpa, "angle_deg": _ANGLES_DEG}
     ranges |= dict.fromkeys(("p1_cmd_mpa", "p2_cmd_mpa"), limits.pressure_mpa)
     known_bad = (samples["flags"] & np.uint32(_FAILED)) != 0
+    if (unknown := ~np.isin(samples["phase"], [int(phase) for phase in Phase])).any():
+        yield f"the phase is none at {counted(int(unknown.sum()), 'tick')}, first at tick {_first(samples, unknown)}"
+    if (none := ~np.isfinite(samples["dp_cmd_mpa"])).any():
+        yield f"dp_cmd_mpa is no number at {counted(int(none.sum()), 'tick')}, first at tick {_first(samples, none)}"
     for name, (low, high) in ranges.items():
         values = samples[name]
         absent = (samples["flags"] & np.uint32(ABSENT_BY_COLUMN.get(name, 0))) != 0

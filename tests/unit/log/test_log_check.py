@@ -91,6 +91,9 @@ def old_clock(content: LogContent) -> None:
         (spoil("p2_cmd_mpa", 100, 0.51), "p2_cmd_mpa is outside 0 .. 0.5"),
         (spoil("angle_deg", 100, np.inf), "angle_deg is outside -360 .. 360 at 1 row, first inf at tick 100"),
         (spoil("angle_deg", 100, np.nan), "angle_deg is missing without a flag at 1 tick, first at tick 100"),
+        (spoil("dp_cmd_mpa", 100, np.inf), "dp_cmd_mpa is no number at 1 tick, first at tick 100"),
+        (spoil("dp_cmd_mpa", 100, np.nan), "dp_cmd_mpa is no number at 1 tick, first at tick 100"),
+        (spoil("phase", 100, 99), "the phase is none at 1 tick, first at tick 100"),
         (spoil("fault", 400, 9), "fault STALE_VALUE from tick 400 on"),
     ],
 )
