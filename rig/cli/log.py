@@ -57,10 +57,10 @@ def check(logs: tuple[Path, ...], json_to: str | None) -> None:
     if there is any."""
     from rig.app.records.logs import UNFINISHED, found_or_unfinished
     from rig.errors import CheckFailed
-    from rig.log.check import check as check_file
 
     finished, unfinished = found_or_unfinished(logs)
-    findings = {str(file): check_file(file) for file in finished} | {str(file): [UNFINISHED] for file in unfinished}
+    findings = {str(file): _findings(file, file in logs) for file in finished}
+    findings |= {str(file): [UNFINISHED] for file in unfinished}
     for file, lines in findings.items():
         for line in lines or ["ok"]:
             console(json_to).print(f"{file}: {line}")
@@ -68,6 +68,20 @@ def check(logs: tuple[Path, ...], json_to: str | None) -> None:
     bad = sum(bool(lines) for lines in findings.values())
     if bad:
         raise CheckFailed(f"{bad} of {counted(len(findings), 'log')} not in order")
+
+
+def _findings(file: Path, named: bool) -> list[str]:
+    """What is found about a file. That it cannot be read is a finding where it was found in a folder, of which the
+    others are checked all the same; RecordError where it was named."""
+    from rig.errors import RecordError
+    from rig.log.check import check as check_file
+
+    try:
+        return check_file(file)
+    except RecordError as error:
+        if named:
+            raise
+        return [str(error).removeprefix(f"{file}: ")]
 
 
 @log.command(short_help="Rescue a cut or damaged log.")

@@ -1,6 +1,7 @@
 """`pamrig log` and its exit statuses: 0 done, 1 not so, 2 the call or a file is wrong, never a traceback."""
 
 import json
+import os
 import sys
 from dataclasses import replace
 from pathlib import Path
@@ -86,6 +87,18 @@ def test_check_names_what_is_not_finished(call, tmp_path: Path) -> None:
     status, out, err = call("log", "check", tmp_path)
     assert out.startswith(f"{tmp_path}/a.mcap: ok\n")
     assert (status, err) == (1, "pamrig: 1 of 2 logs not in order\n")
+
+
+def test_check_goes_on_beyond_a_file_that_cannot_be_read(call, tmp_path: Path) -> None:
+    """It ended with the first such file of a folder, and said nothing of the others."""
+    os.symlink("/proc/1/mem", tmp_path / "a.csv")  # nobody reads its first page
+    made_log(tmp_path / "b.mcap", 300)
+    status, out, err = call("log", "check", tmp_path)
+    assert (status, err) == (1, "pamrig: 1 of 2 logs not in order\n")
+    first, second = out.splitlines()
+    assert first.startswith(f"{tmp_path}/a.csv: cannot be read: ")
+    assert second == f"{tmp_path}/b.mcap: ok"
+    assert call("log", "check", tmp_path / "a.csv")[0] == 2, "of a file that is named it is the call that is wrong"
 
 
 def test_recover(call, tmp_path: Path) -> None:
