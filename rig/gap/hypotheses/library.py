@@ -281,6 +281,9 @@ _LIBRARY: tuple[Effect, ...] = (
     Effect("leak", (
         Law("leak", ("loss",), FAR, shapes=(*EITHER_MUSCLE, *CHOKED_LEAK)),
         Law("leak_ahead", ("loss",), FAR, shapes=(*EITHER_MUSCLE, *CHOKED_LEAK)),
+        Law("fed_leak", ("loss", "supply_mpa", "fill_mpa_s"), (0.02, 0.05, 0.12), counted={"supply_mpa": "top_mpa", "fill_mpa_s": "rate_mpa_s"},
+            shapes=tuple(one | {"supply_mpa": supply, "fill_mpa_s": fill} for one in EITHER_MUSCLE for supply in (0.9, 1.3) for fill in (1.5, 4.0)),
+            bounds={"supply_mpa": (0.6, 3.0)}),
     ), "one pressure lower by a share; behind the monitor only the angle shows it", "offset", "mismatch", two_muscles=True, also_right=("valve",)),
     Effect("creep", (
         Law("creep", ("share", "tau_s"), (0.02, 0.1), signs=BOTH_SIGNS, shapes=tuple({"tau_s": t, "relaxed": 0.0} for t in (0.7, 3.0, 12.0)),

@@ -33,6 +33,9 @@ TANK_MPA = 0.6
 """Absolute pressure of a full tank: what a sag is counted against."""
 LEAST_LEFT = 0.02
 """Share of it that is left at least."""
+SETTLING_TICKS = 400
+"""For which a line that leaks has stood still before a record: 2 s at 5 ms. Fewer: records begin with its pressure
+falling."""
 LEAST_FLOW = 0.141
 """Share of choked flow that a full tank gives at least: at its own pressure none is left to compare with."""
 
@@ -99,6 +102,34 @@ def valve_slew(p1: Values, p2: Values, y: Values, state: Values, params: Sequenc
                 move = min(max(move, -most), most)
             _moved(now, move, valve, state, params[6], dt_s)
         p1[i], p2[i] = state[IS], state[IS + 1]
+
+
+def fed_leak(p1: Values, p2: Values, y: Values, state: Values, params: Sequence[float], dt_s: float) -> None:
+    """One muscle's line leaks ahead of its monitor, and the regulator feeds the leak through an orifice: it fills the
+    more slowly and empties the faster, and falls short most near the supply's pressure, where least comes through (ISO
+    6358); params: loss, muscle (1 or 2), tau0_s, supply_mpa, fill_mpa_s (choked filling).
+
+    The leak is choked: it takes in proportion to the absolute pressure, `loss` times as much as the regulator gives for
+    as large an error.
+    """
+    if params[0] == 0.0:
+        return
+    was, valve = math.exp(-dt_s / max(params[2], 1e-6)), 0 if params[1] < 1.5 else 1
+    column = p1 if valve == 0 else p2
+    if state[0] == 0.0:
+        _begun(p1, p2, state, math.inf)
+        for _ in range(SETTLING_TICKS):
+            _fed(column[0], valve, state, params, was, dt_s)
+    for i in range(len(column)):
+        column[i] = _fed(column[i], valve, state, params, was, dt_s)
+
+
+def _fed(now: float, valve: int, state: Values, params: Sequence[float], was: float, dt_s: float) -> float:
+    """The pressure of a valve that feeds a leak, after one tick."""
+    absolute = state[IS + valve] + ATMOSPHERE_MPA
+    most = params[4] * dt_s * _orifice(absolute / (params[3] + ATMOSPHERE_MPA))
+    move = min(_wanted(now, valve, state, was), most) - (1.0 - was) * params[0] * absolute
+    return _moved(now, move, valve, state, 0.0, dt_s)
 
 
 def set_point_ramp(p1: Values, p2: Values, y: Values, state: Values, params: Sequence[float], dt_s: float) -> None:

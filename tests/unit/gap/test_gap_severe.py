@@ -38,6 +38,8 @@ PLAY = {"coulomb_friction", "backlash"}
         ("pressure_ceiling", {"ceiling_mpa": 0.15}, BESIDE_DAYS, {"pressure_ceiling"}),
         ("pressure_ceiling", {"ceiling_mpa": 0.11}, ALONE, {"pressure_ceiling"}),
         ("leak_ahead", {"loss": 0.7, "muscle": 1.0}, ALONE, {"leak"}),
+        ("fed_leak", {"loss": 0.04, "muscle": 2.0, "supply_mpa": 0.28, "fill_mpa_s": 0.8}, ALONE, {"leak"}),
+        ("fed_leak", {"loss": 0.04, "muscle": 2.0, "supply_mpa": 0.28, "fill_mpa_s": 0.8}, BESIDE_DAYS, {"leak"}),
     ],
 )
 def test_the_worst_of_an_effect_is_named(

@@ -134,6 +134,8 @@ def _mismatch(numbers: Numbers) -> str:
 
 
 def _leak(numbers: Numbers) -> str:
+    if "supply_mpa" in numbers:
+        return f"{_muscle(numbers)} leaks more than its regulator can feed: its pressure falls short the more, the closer it comes to {size(numbers['supply_mpa'])}"
     return f"{_muscle(numbers)} loses {size(numbers['loss'])} of its pressure"
 
 

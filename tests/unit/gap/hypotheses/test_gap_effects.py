@@ -195,6 +195,27 @@ def steps(key: str, numbers: dict[str, float], first: list[float]) -> list[float
     return p1_mpa
 
 
+def test_a_leak_that_a_regulator_feeds_takes_most_near_the_supply_s_pressure() -> None:
+    leak = {"loss": 0.05, "supply_mpa": 0.38, "fill_mpa_s": 0.5}
+    short = [p - steps("fed_leak", leak, [p] * 50)[-1] for p in (0.05, 0.15, 0.25, 0.3, 0.35)]
+    assert short == sorted(short)
+    assert short[0] == pytest.approx(0.05 * (0.05 + ATMOSPHERE_MPA) / 1.05, rel=0.02), "far below it fills at will"
+    assert short[-1] > 1.5 * 0.05 * (0.35 + ATMOSPHERE_MPA) / 1.05
+    assert steps("fed_leak", leak | {"muscle": 2.0}, [0.3] * 50) == [0.3] * 50, "the other muscle's"
+
+
+def test_a_line_that_leaks_empties_faster_and_fills_more_slowly() -> None:
+    leak = {"loss": 0.1, "supply_mpa": 0.5, "fill_mpa_s": 2.0}
+    ends = {p: steps("fed_leak", leak, [p] * 50)[-1] for p in (0.1, 0.3)}
+
+    def left(start: float, end: float) -> float:
+        """Share of the way that is left after 40 ms."""
+        now = steps("fed_leak", leak, rising(start, end))[round(0.04 / DT)]
+        return (ends[end] - now) / (ends[end] - ends[start])
+
+    assert left(0.3, 0.1) < np.exp(-0.04 / 0.05) < left(0.1, 0.3)
+
+
 def rising(start: float, end: float) -> list[float]:
     """What a regulator of 50 ms makes of a step of its set-point, MPa."""
     return [end + (start - end) * np.exp(-DT * k / 0.05) for k in range(200)]
