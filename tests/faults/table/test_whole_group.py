@@ -15,13 +15,20 @@ from rig.qualify.faults.bench import FaultBench
 from rig.qualify.faults.command_benches import CalibrationBench, RunBench
 
 
+def _as_a_shell_s_job() -> None:
+    """Whoever runs the tests in the background has it ignored."""
+    signal.signal(signal.SIGQUIT, signal.SIG_DFL)
+
+
 class InAGroup(FaultBench):
     """What commands leads a process group of its own, as a shell's job does."""
 
     def command(self, *arguments: str, stdin: int = subprocess.DEVNULL) -> None:
         with (self.folder / "daemon.log").open("ab") as log:
             call = [sys.executable, "-m", "rig.cli.main", *arguments]
-            self._daemon = subprocess.Popen(call, stdout=log, stderr=log, stdin=stdin, start_new_session=True)
+            self._daemon = subprocess.Popen(
+                call, stdout=log, stderr=log, stdin=stdin, start_new_session=True, preexec_fn=_as_a_shell_s_job
+            )
 
     def strike(self, number: int) -> int:
         """The signal to all of the group; returns when."""

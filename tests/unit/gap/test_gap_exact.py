@@ -181,7 +181,7 @@ def test_a_clock_that_runs_off_through_a_whole_session_comes_back(drift: float) 
 
 
 def test_an_effect_that_acts_on_both_factors_is_no_likelier_for_that() -> None:
-    """Of a leak's two laws one acts ahead of the monitors: the pressures alone gave it what both have."""
+    """Of a leak's three laws two act ahead of the monitors: the pressures alone gave them what all three have."""
     problem = pressure_problem(expected(*days("mckibben"), pressures=True), fitted())
     judged, alone = (
         fit_effect(LIBRARY["leak"], problem.forward, problem.shows, problem.screening, told)
@@ -189,7 +189,7 @@ def test_an_effect_that_acts_on_both_factors_is_no_likelier_for_that() -> None:
     )
     assert judged is not None
     assert alone is not None
-    assert judged.log_evidence == pytest.approx(alone.log_evidence - np.log(2.0))
+    assert judged.log_evidence == pytest.approx(alone.log_evidence - np.log(3.0 / 2.0))
 
 
 @pytest.mark.parametrize("begun", [False, True])

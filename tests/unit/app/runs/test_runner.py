@@ -217,7 +217,7 @@ def test_a_device_s_own_words_are_told_with_its_fault_outside_a_record() -> None
     words = "valve_1 on /dev/ttyUSB0: no usable answer in time"
 
     def ending(fault: Fault, interrupted: bool = False) -> str:
-        ring = SimpleNamespace(latest=lambda: sample._replace(fault=fault), told=words)
+        ring = SimpleNamespace(latest=lambda: sample._replace(fault=fault), device_message=words)
         session = SimpleNamespace(loop_error=lambda: "", loop=None, ring=ring)
         return runner.ending(session, interrupted)  # type: ignore[arg-type]
 
