@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from rig.gap.reference.expectation import regulator_patterns
+from rig.gap.reference.expectation import driving, regulator_patterns
 from rig.gap.response.propagate import RecordContext
 from rig.gap.settings import SPEED_DOUBT
 from rig.model.effect_stages.valve import ATMOSPHERE_MPA
@@ -21,12 +21,9 @@ def speed_doubt(contexts: Sequence[RecordContext], response: ResponseModel) -> C
     parts = []
     for valve in (0, 1):
         for context in contexts:
-            rows = context.pair.used > 0.0
-            expected, measured = (
-                one.p1_mpa if valve == 0 else one.p2_mpa for one in (context.reference, context.pair.case)
-            )
-            off = 0.0
-            if measured is not None and expected is not None and np.any(rows):
-                off = float(np.mean((measured - expected)[rows]) / (np.mean(expected[rows]) + ATMOSPHERE_MPA))
+            used = context.pair.used > 0.0
+            expected = (context.reference.p1_mpa, context.reference.p2_mpa)[valve][used]
+            measured = driving(context, True)[valve][used]
+            off = float(np.mean(measured - expected) / (np.mean(expected) + ATMOSPHERE_MPA)) if used.any() else 0.0
             parts.append(SPEED_DOUBT * off * regulator_patterns(context, response, valve))
     return np.concatenate(parts)
