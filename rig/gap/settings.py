@@ -31,8 +31,9 @@ UNEVEN_CODES = 1.3
 1.3)."""
 MEAN_DOUBT = 0.3
 """What is not known of the law of the mean pressure where that is another than expected: standard deviation of its
-exponent, which lies between 0 and 1. Healthy days never show it, so no fit of theirs can say it. Less: a stiffness is
-named beside every cause that shifts both pressures."""
+exponent, which lies between 0 and 1, and of what it is more, or less, at the ends of the motion. Healthy days never
+show it, so no fit of theirs can say it. Less: a stiffness, or a bent reading, is named beside every cause that shifts
+both pressures."""
 FRICTION_DOUBT = 0.5
 """The same of the joint's friction over its stiffness: friction of the bearing stays while the stiffness rises (an
 exponent of -1), a braid's rises with it (0). Less: as there."""

@@ -62,6 +62,8 @@ class Pair:
     """The input of the earlier days is not exactly the case's: `days` are what they would have been at the case's."""
     begun_s: float = 0.0
     """When the record began, after the first of its session; 0 for all where nobody says."""
+    counts_from_rest: bool = False
+    """Every record begins at zero, though none says what was taken for it (`own_zero.count_from_rest`)."""
 
     def __len__(self) -> int:
         return len(self.t_s)
@@ -69,7 +71,7 @@ class Pair:
     @property
     def zeroed(self) -> bool:
         """The angle at rest was taken for zero at the start of the case's record."""
-        return self.raw.zeroed
+        return self.raw.zeroed or self.counts_from_rest
 
 
 @dataclass(frozen=True)

@@ -15,6 +15,7 @@ from rig.gap.records.conditions import difference
 from rig.gap.records.dropouts import Dropouts
 from rig.gap.records.grid import Pair, RunColumns, pair_on_grid
 from rig.gap.records.outliers import IN_WORDS, without_falls
+from rig.gap.records.own_zero import OWN_ZERO_NOTE, count_from_rest
 from rig.gap.records.partners import Match, Partner, find_partner, named_session, require_partners
 from rig.gap.records.rest import at_rests, rest_pressure, shifted
 from rig.gap.records.settings import CLIPPED, CLIPPED_OVER_NEXT
@@ -151,14 +152,14 @@ def _on_grids(
 ) -> tuple[list[Pair], list[str]]:
     """The pairs of `kept`, each on one grid of rows, and notes on them; `placed` are their records about P0, in their
     order."""
-    begun = begun_s([one.record for one in kept]).tolist()
+    begun, own_zeros = begun_s([one.record for one in kept]).tolist(), count_from_rest([one.record for one in kept])
     pairs, notes = list[Pair](), list[str]()
     for record, one, at_s in zip(placed, kept, begun, strict=True):
         dropouts = [fallen[id(each)] for each in (one.record, *one.others)]
         pair, note = pair_on_grid(record, one.partners, p0_mpa, pressures, dropouts)
-        pairs.append(replace(pair, begun_s=at_s))
+        pairs.append(replace(pair, begun_s=at_s, counts_from_rest=own_zeros))
         notes += [note] if note else []
-    return pairs, notes
+    return pairs, [*notes, OWN_ZERO_NOTE] if own_zeros else notes
 
 
 def _check_directions(pairs: Sequence[Pair]) -> None:

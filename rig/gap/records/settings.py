@@ -177,3 +177,12 @@ shorter stretches pass for a regulator that stands; less: chance passes for a ha
 LEAST_FLICKER_STEPS, LEAST_FLICKER_MPA = 0.5, 3e-5
 """White noise, in the converter's own steps and in MPa, with which a monitor repeats a value in two rows of three at
 most while its pressure stands. Less: one without noise that stands rightly, behind a dead band, is left out."""
+
+FIRST_ROWS = 5
+"""Rows by whose median a record begins at an angle: 25 ms at 5 ms, before a joint has moved. More: a fast sweep has
+left its zero; fewer: one fallen sample decides."""
+NOISE_OF_A_START = 2.0
+"""... at zero, if it is within so many standard deviations of the white noise of one row, ..."""
+STARTS_AT_ZERO = 1e-3
+"""... or within this share of what the record moves; joints come back within some hundredths. More: records whose zero
+is the sensor's say nothing of what turns the joint at rest."""

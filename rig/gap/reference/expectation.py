@@ -282,15 +282,17 @@ def _each_by_itself(columns: Column) -> Column:
 
 
 def mean_doubt(contexts: Sequence[RecordContext], base: Sequence[Column], response: ResponseModel) -> Column:
-    """(n, 2) what one standard deviation of the law of the mean pressure is worth in the angle, where the measured mean
-    is not the expected one: of what the difference counts for, and of what the joint's friction does."""
-    parts = []
+    """(n, 4) what one standard deviation of the law of the mean pressure is worth in the angle, where the measured mean
+    is not the expected one: of what the difference counts for, evenly, towards one end and towards both, and of what
+    the joint's friction does."""
+    parts, ends_deg = [], max(float(np.max(np.abs(np.concatenate(list(base)) - response.zero_deg))), 1e-3)
     for context, expected in zip(contexts, base, strict=True):
         (p1, p2), reference, angle = driving(context, True), context.reference, expected - response.zero_deg
         least = LEAST_SHARE * response.p0_mpa
         ratio = np.maximum(p1 + p2, least) / np.maximum(reference.p1_mpa + reference.p2_mpa, least)
         rubbed = response.balanced(angle, np.zeros_like(angle), ratio**FRICTION_DOUBT, context.pair.dt_s) - angle
-        parts.append(np.column_stack([MEAN_DOUBT * angle * np.log(ratio), rubbed]))
+        otherwise, out = MEAN_DOUBT * angle * np.log(ratio), angle / ends_deg
+        parts.append(np.column_stack([otherwise, otherwise * out, otherwise * out**2, rubbed]))
     return np.concatenate(parts)
 
 

@@ -9,6 +9,7 @@ from support.plants.gap_rigs import baselines, model, session
 
 from rig.gap import diagnose
 from rig.gap.answer.result import Diagnosis
+from rig.gap.records.own_zero import OWN_ZERO_NOTE
 from rig.model.parameters import AddedEffect
 from rig.record import Record
 
@@ -66,6 +67,20 @@ def test_a_zero_that_each_record_took_at_rest_is_no_second_cause(days: int) -> N
     if days:  # it counts from each record's own zero, and so does the simulator's angle
         assert found.gap.rms_deg < 0.2 * SHIFT_DEG
         assert found.gap.after_deg < found.gap.floor_deg
+
+
+def from_its_first(record: Record) -> Record:
+    """As an encoder counts that is switched on before each record, of which its table says nothing."""
+    assert record.angle_deg is not None
+    return replace(record, angle_deg=record.angle_deg - float(np.median(record.angle_deg[:5])))
+
+
+@pytest.mark.parametrize("days", [0, 3])
+def test_nor_is_one_that_no_record_tells_of(days: int) -> None:
+    earlier = [[from_its_first(record) for record in day] for day in baselines()[:days]]
+    found = diagnose(model(), session(72, GAIN, after=from_its_first), earlier)
+    assert [cause.effect for cause in found.causes] == ["valve_gain"]
+    assert OWN_ZERO_NOTE in found.notes
 
 
 def test_a_zero_that_nobody_took_is_a_finding() -> None:
