@@ -55,6 +55,8 @@ _BALANCED = (
         _P(f"loop_{j + 1}", "1", 0.0, 50.0, 0.0, f"nominal dry friction that slips after about {r:g} degrees")
         for j, r in enumerate(LOOP_RADII_DEG)
     ),
+    _P("softer", "1/deg", -0.1, 0.1, 0.0, "how much softer the nominal joint is towards greater angles"),
+    _P("softer_out", "1/deg^2", -0.01, 0.01, 0.0, "how much softer it is towards both ends"),
 )
 """What the effects of the joint's balance share; each is the one number that is not neutral."""
 _SEED = _P("seed", "1", 0.0, 1e6, 0.0, "seed of the random numbers")

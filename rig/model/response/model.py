@@ -37,9 +37,21 @@ class Balance:
     def stage_numbers(self) -> dict[str, float]:
         """The same under the names of the effect stages that solve the balance again."""
         slip = {f"loop_{j + 1}": weight for j, weight in enumerate(self.slip)}
-        return slip | {"viscous_time_s": self.viscous_s, "inertia_time_s": self.inertia_s}
+        return slip | {"viscous_time_s": self.viscous_s, "inertia_time_s": self.inertia_s} | self._softer()
+
+    def _softer(self) -> dict[str, float]:
+        """How the joint's compliance changes with its angle: as the SOFTER power of how far a change of the drive turns
+        it there, to the first two orders."""
+        first, second, third = self.curve
+        if first == 0.0:
+            return {}
+        even, odd = second / first**2, third / first**3
+        bend = SOFTER * (3.0 * odd - 2.0 * even**2) + 2.0 * SOFTER * (SOFTER - 1.0) * even**2
+        return {"softer": 2.0 * SOFTER * even, "softer_out": bend}
 
 
+SOFTER = 2.0 / 3.0
+"""Power."""
 REGULATOR_TERMS = 8
 """Numbers of a regulator's correction, see `regulator_terms`."""
 TYPICAL_REGULATOR: Regulator = (0.005, 0.05, 0.05)
