@@ -1,7 +1,8 @@
 """Effects of the joint; block stages as in `timing`.
 
-Friction, mass and weight act against the stiffness of the muscles, which rises with their mean pressure: sizes hold at
-p0_mpa and are scaled by 2 p0 / (p1 + p2). Backlash, a mere distance, is not; sweeps at several P0 tell them apart by
+Friction, mass and weight act against the stiffness of the muscles, which rises with their mean pressure and towards the
+ends of the motion: sizes hold at p0_mpa and 0 deg, and are scaled by 2 p0 / (p1 + p2) and by the nominal joint's
+compliance. Backlash, a mere distance, is not; sweeps at several P0 tell them apart by
 that.
 """
 

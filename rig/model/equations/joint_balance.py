@@ -46,7 +46,8 @@ AT_REST_S = 1e6
 """A tick so long that speed and acceleration count for nothing: where a record starts, the joint has come to rest from
 where it was, held by its friction."""
 LEAST_COMPLIANCE = 0.2
-"""Of a joint at its ends: a polynomial goes below zero far from where it was fitted."""
+"""Of a joint at its ends over that in the middle, and the inverse of the most: far from where it was fitted a
+polynomial goes anywhere."""
 NOTHING_ADDED = (0.0, 0.0, 0.0, 0.0, 0.0)
 """width_deg, tau_s, time_s, load_deg, phase_deg of a joint without added terms."""
 
@@ -120,7 +121,7 @@ def equilibrium_angle(y: float, state: Values, params: Sequence[float], dt_s: fl
 
 def nominal_compliance(y: float, params: Sequence[float]) -> float:
     """How far a torque turns the nominal joint at the angle y (deg), over how far it does at 0."""
-    return max(1.0 + y * (params[13] + y * params[14]), LEAST_COMPLIANCE)
+    return min(max(1.0 + y * (params[13] + y * params[14]), LEAST_COMPLIANCE), 1.0 / LEAST_COMPLIANCE)
 
 
 def kept_slip(params: Sequence[float], compliance: float) -> float:
@@ -141,7 +142,8 @@ def balanced_angle(
 
     compliance: ratio by which the added terms count; friction: ratio by which the nominal friction and inertia count.
     params: width_deg, tau_s, time_s, load_deg, phase_deg, p0_mpa, viscous time, inertia time, the five Maxwell-slip
-    weights; then softer and softer_out, which `nominal_compliance` takes. Below zero, width_deg, tau_s and time_s take off what the nominal joint has of that, down to nothing.
+    weights; then what `nominal_compliance` takes. Below zero, width_deg, tau_s and time_s take off what the nominal
+    joint has of that, down to nothing.
     """
     radian, ticks_per_s = math.pi / 180.0, 1.0 / dt_s
     viscous = max(friction * params[6] + compliance * params[1], 0.0) * ticks_per_s

@@ -40,18 +40,21 @@ class Balance:
         return slip | {"viscous_time_s": self.viscous_s, "inertia_time_s": self.inertia_s} | self._softer()
 
     def _softer(self) -> dict[str, float]:
-        """How the joint's compliance changes with its angle: as the SOFTER power of how far a change of the drive turns
-        it there, to the first two orders."""
+        """How much further a torque turns the joint at another angle, to the first two orders: as a change of the drive
+        does, which is a torque of the muscles."""
         first, second, third = self.curve
         if first == 0.0:
             return {}
         even, odd = second / first**2, third / first**3
-        bend = SOFTER * (3.0 * odd - 2.0 * even**2) + 2.0 * SOFTER * (SOFTER - 1.0) * even**2
-        return {"softer": 2.0 * SOFTER * even, "softer_out": bend}
+        softer, softer_out = 2.0 * even, 3.0 * odd - 2.0 * even**2
+        return {
+            "softer": min(max(softer, -MOST_SOFTER), MOST_SOFTER),
+            "softer_out": min(max(softer_out, -MOST_SOFTER_OUT), MOST_SOFTER_OUT),
+        }
 
 
-SOFTER = 2.0 / 3.0
-"""Power."""
+MOST_SOFTER, MOST_SOFTER_OUT = 0.1, 0.01
+"""Bounds of the effect stages' numbers, 1/deg and 1/deg^2: a joint is twice as soft within 10 degrees."""
 REGULATOR_TERMS = 8
 """Numbers of a regulator's correction, see `regulator_terms`."""
 TYPICAL_REGULATOR: Regulator = (0.005, 0.05, 0.05)

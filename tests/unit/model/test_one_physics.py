@@ -15,6 +15,7 @@ from rig.model.equations import stages
 from rig.model.equations.drive import mean_pressure_factor
 from rig.model.equations.joint_balance import LOOP_RADII_DEG
 from rig.model.parameters import AddedEffect
+from rig.model.response.model import Balance
 
 ANGLE = 15.0 * np.sin(np.linspace(0.0, 12.0, 2400))
 WEIGHTS = (0.2, 0.1, 0.1, 0.05, 0.02)
@@ -79,6 +80,28 @@ def test_the_effect_of_viscous_friction_is_the_same_balance() -> None:
     compiled(entry.stage)(pressure, pressure.copy(), added, np.zeros(entry.state_size), params, 0.005)
     doubled = balanced(ANGLE, FREE[0], 2.0 * FREE[1], Joint(0.05, 0.0, SMOOTH), 0.005)
     assert added == pytest.approx(doubled, abs=1e-6)
+
+
+CURVE = (180.0, 60.0, -400.0)
+"""deg/MPa, deg/MPa^2, deg/MPa^3: steeper on one side, and flat towards both ends."""
+
+
+@pytest.mark.parametrize("drive_mpa", [-0.1, -0.05, 0.0, 0.05, 0.1])
+def test_a_torque_turns_the_joint_as_far_as_a_change_of_the_drive_does_there(drive_mpa: float) -> None:
+    first, second, third = CURVE
+    angle_deg = drive_mpa * (first + drive_mpa * (second + drive_mpa * third))
+    steeper = (first + drive_mpa * (2.0 * second + drive_mpa * 3.0 * third)) / first
+    entry, own = EFFECT_STAGES["gravity_load"], Balance(0.0, 0.0, SMOOTH, CURVE).stage_numbers()
+    hanging = {"load_deg": 0.1, "phase_deg": 90.0 - angle_deg}
+    numbers = entry.neutral() | own | hanging
+    turned, pressure = np.full(10, angle_deg), np.full(10, 0.2)
+    params = np.array([numbers[name] for name in entry.parameters])
+    compiled(entry.stage)(pressure, pressure.copy(), turned, np.zeros(entry.state_size), params, 0.005)
+    assert (angle_deg - turned) / 0.1 == pytest.approx(steeper, rel=0.03)
+
+
+def test_a_curve_without_a_slope_leaves_the_joint_as_soft_everywhere() -> None:
+    assert not {"softer", "softer_out"} & set(Balance(0.0, 0.0, SMOOTH, (0.0, 5.0, 5.0)).stage_numbers())
 
 
 def test_rms_counts_rows_by_their_weight() -> None:
