@@ -55,8 +55,8 @@ def test_a_sensor_that_shows_little_of_a_start_does_not_tell(noise_deg: float, s
 
 @given(st.floats(0.03, 0.1), st.integers(0, 100))
 def test_a_converter_reads_the_code_of_zero(step_deg: float, seed: int) -> None:
-    assert count_from_rest([beginning_at(0.0, 0.01, step_deg, seed)])
-    assert not count_from_rest([beginning_at(4.0 * step_deg, 0.01, step_deg, seed)])
+    assert count_from_rest([beginning_at(0.0, 0.002, step_deg, seed)])
+    assert not count_from_rest([beginning_at(4.0 * step_deg, 0.002, step_deg, seed)])
 
 
 def test_records_that_say_what_was_taken_for_zero_are_believed() -> None:
