@@ -214,7 +214,7 @@ class Guard:
         its limits."""
         low, high = self.limits.angle_deg
         outside = not flags & (ANGLE_ABSENT | SUSPECT) and not low <= angle_deg <= high
-        if self._outside.add(outside):
+        if (outside or self._outside.level) and self._outside.add(outside):
             return Fault.ANGLE_LIMIT
         if self._not_following(now):
             return Fault.NOT_FOLLOWING
