@@ -99,21 +99,21 @@ class MixedRig(Abilities):
         if not (math.isfinite(p1_cmd_mpa) and math.isfinite(p2_cmd_mpa)):
             raise DeviceError("mixed rig: a set-point is not finite; nothing was written")
         began = self._now()
-        self._every(self._writers, lambda part: part.write(p1_cmd_mpa, p2_cmd_mpa))
+        _in_turn(self._writers, lambda part: part.write(p1_cmd_mpa, p2_cmd_mpa))
         self._check_time(began, self._now(), "writing")
 
     def safe(self) -> None:
         """Every device's own safe state, whatever happens to the others."""
-        self._every(self._writers, lambda part: part.safe(), at_once=not self._is_open)
+        self._on_every(self._writers, lambda part: part.safe())
 
     def holds_safe(self) -> bool | None:
         """Whether every valve's device holds its safe set-point; None when one of them cannot tell."""
-        held = self._every(self._able, lambda part: part.holds_safe(), at_once=not self._is_open)
+        held = self._on_every(self._able, lambda part: part.holds_safe())
         return False if False in held else None if None in held else True
 
     def keep(self) -> None:
         """Feed the watchdog of every valve's device that has one, whatever happens to the others."""
-        self._every(self._able, lambda part: part.keep())
+        _in_turn(self._able, lambda part: part.keep())
 
     def prepare_safe(self) -> None:
         """Let every device with a valve get ready for `safe`, where it knows how."""
@@ -128,7 +128,7 @@ class MixedRig(Abilities):
     def close(self) -> None:
         """Let go of all."""
         self._is_open = False
-        self._every(self._parts, lambda part: part.close())
+        _in_turn(self._parts, lambda part: part.close())
 
     def _check_time(self, began_ns: int, ended_ns: int, doing: str) -> None:
         if ended_ns - began_ns > self._period_ns:
@@ -137,35 +137,45 @@ class MixedRig(Abilities):
                 f"mixed rig: {doing} all devices took {took:.1f} ms, longer than the period of {period:g} ms"
             )
 
-    @staticmethod
-    def _every(parts: Sequence[P], call: Callable[[P], T], *, at_once: bool = False) -> list[T]:
-        """What each part answered, in their order. A bug of one part's driver is raised as it is, when all have been
-        called."""
-        answers: dict[int, T] = {}
-        errors: dict[int, Exception] = {}
+    def _on_every(self, parts: Sequence[P], call: Callable[[P], T]) -> list[T]:
+        return (_in_turn if self._is_open or len(parts) < 2 else _at_once)(parts, call)
 
-        def one(place: int) -> None:
-            try:
-                answers[place] = call(parts[place])
-            except Exception as error:  # noqa: BLE001  # the other valve's pressure must not stand for it
-                errors[place] = error
 
-        if at_once and len(parts) > 1:
-            threads = [threading.Thread(target=one, args=(place,), daemon=True) for place in range(len(parts))]
-            late = [place for place, thread in enumerate(threads) if not _started(thread)]
-            for place in late:  # after those that go on by themselves
-                one(place)
-            for place, thread in enumerate(threads):
-                if place not in late:
-                    thread.join()
-        else:
-            for place in range(len(parts)):
-                one(place)
-        for bug in errors.values():
-            if not isinstance(bug, DeviceError):
-                raise bug
-        _raise_worst([error for _, error in sorted(errors.items()) if isinstance(error, DeviceError)])
-        return [answers[place] for place in range(len(parts))]
+def _in_turn(parts: Sequence[P], call: Callable[[P], T]) -> list[T]:
+    """What each part answered. All are called, also after an error, and one that is a bug of a driver: the other
+    valve's pressure must not stand for it."""
+    answers: list[T] = []
+    errors: list[Exception] = []
+    for part in parts:
+        try:
+            answers.append(call(part))
+        except Exception as error:  # noqa: BLE001  # raised below
+            errors.append(error)
+    if errors:
+        _raise_worst(errors)
+    return answers
+
+
+def _at_once(parts: Sequence[P], call: Callable[[P], T]) -> list[T]:
+    """The same, each in a thread of its own; those that get none are called after those that go on by themselves."""
+    answers: dict[int, T] = {}
+    errors: dict[int, Exception] = {}
+
+    def one(place: int) -> None:
+        try:
+            answers[place] = call(parts[place])
+        except Exception as error:  # noqa: BLE001  # raised below
+            errors[place] = error
+
+    threads = [threading.Thread(target=one, args=(place,), daemon=True) for place in range(len(parts))]
+    late = [place for place, thread in enumerate(threads) if not _started(thread)]
+    for place in late:
+        one(place)
+    for place, thread in enumerate(threads):
+        if place not in late:
+            thread.join()
+    _raise_worst([error for _, error in sorted(errors.items())])
+    return [answers[place] for place in range(len(parts))]
 
 
 def _reader(part: Device) -> tuple[Device, tuple[int, ...], list[tuple[int, int]], int]:
@@ -186,10 +196,13 @@ def _started(thread: threading.Thread) -> bool:
     return True
 
 
-def _raise_worst(errors: Sequence[DeviceError]) -> None:
-    """One error for all: lost when any device is lost, pending when all of them are."""
+def _raise_worst(errors: Sequence[Exception]) -> None:
+    """One error for all: a bug of a driver as it is; lost when any device is lost, pending when all of them are."""
     if not errors:
         return
+    for error in errors:
+        if not isinstance(error, DeviceError):
+            raise error
     kind: type[DeviceError] = DeviceError
     if any(isinstance(error, DeviceLost) for error in errors):
         kind = DeviceLost

@@ -3,8 +3,9 @@
 It advances in whole sample times of the model, see hil.modelled_rig; one seed gives one history.
 """
 
+import math
 import random
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Self, TypeVar
@@ -83,6 +84,15 @@ def _drifted(stage: _StageT, drift: float, wander: random.Random) -> _StageT:
     return replace(stage, parameters=parameters)
 
 
+def normal_numbers(source: random.Random) -> Iterator[float]:
+    """Of mean 0 and deviation 1: those of `source.gauss`, bit by bit, in two thirds of its time."""
+    while True:
+        turn = 2.0 * math.pi * source.random()
+        reach = math.sqrt(-2.0 * math.log(1.0 - source.random()))
+        yield math.cos(turn) * reach
+        yield math.sin(turn) * reach
+
+
 class SimulatedRig(ModelledRig[SimulatedSettings]):
     """A whole rig in a model: both valves, both monitors and the angle."""
 
@@ -98,7 +108,7 @@ class SimulatedRig(ModelledRig[SimulatedSettings]):
         super().__init__(settings, context, round(model.sample_time_s * 1e9), chain.step)
         self._readings = [(placed.stage, [0.0] * placed.n_state, placed.params) for placed in readings]
         self._dt_s = model.sample_time_s
-        self._random = random.Random(settings.seed)
+        self._noise = normal_numbers(random.Random(settings.seed)).__next__
         self.further = tuple(settings.further)
         self._further = tuple(settings.further.get(name, NAN) for name in context.places)
         volts_per_count = _CONVERTER_V / (1 << settings.monitor_bits)
@@ -121,11 +131,11 @@ class SimulatedRig(ModelledRig[SimulatedSettings]):
         """Advance the plant to now and sample its sensors: noise, counts, and engineering values from counts as a
         driver makes them."""
         p1_mpa, p2_mpa, angle_deg = self._now()
-        noise, sigma, mpa_per_count = self._random.gauss, self._settings.pressure_noise_mpa, self._mpa_per_count
+        noise, sigma, mpa_per_count = self._noise, self._settings.pressure_noise_mpa, self._mpa_per_count
         top, live_zero = self._top, self._live_zero
-        raw1 = float(round((p1_mpa + noise(0.0, sigma)) / mpa_per_count + live_zero))
-        raw2 = float(round((p2_mpa + noise(0.0, sigma)) / mpa_per_count + live_zero))
-        turned = angle_deg + self._settings.angle_offset_deg + noise(0.0, self._settings.angle_noise_deg)
+        raw1 = float(round((p1_mpa + noise() * sigma) / mpa_per_count + live_zero))
+        raw2 = float(round((p2_mpa + noise() * sigma) / mpa_per_count + live_zero))
+        turned = angle_deg + self._settings.angle_offset_deg + noise() * self._settings.angle_noise_deg
         raw_angle = float(round(turned / self._deg_per_count + self._angle_middle))
         if not (
             0.0 <= raw1 <= top and 0.0 <= raw2 <= top and 0.0 <= raw_angle <= self._angle_top
@@ -148,6 +158,6 @@ class SimulatedRig(ModelledRig[SimulatedSettings]):
                 stage([p1_mpa], [p2_mpa], reading, state, params, self._dt_s)
             angle_deg = reading[0]
             raw_angle = float(round(angle_deg / self._deg_per_count + self._angle_middle))
-        return Measurement._make(
-            (p1_mpa, p2_mpa, angle_deg, raw1, raw2, raw_angle, NAN, 0, 0, 0, flags, *self._further)
+        return tuple.__new__(  # what `_make` does, in half its time
+            Measurement, (p1_mpa, p2_mpa, angle_deg, raw1, raw2, raw_angle, NAN, 0, 0, 0, flags, *self._further)
         )

@@ -70,10 +70,10 @@ class ModelledRig(Abilities, ABC, Generic[SettingsT]):
         """The set-points stand from now on, inside the regulators' range; DeviceError for one that is not finite."""
         if not self._open:
             raise DeviceLost(f"{self.device}: write before open")
-        if not (math.isfinite(p1_cmd_mpa) and math.isfinite(p2_cmd_mpa)):
-            raise DeviceError(f"{self.device}: a set-point is not finite; nothing was written")
         self._advance()
         if not (0.0 <= p1_cmd_mpa <= _REGULATOR_MPA and 0.0 <= p2_cmd_mpa <= _REGULATOR_MPA):
+            if not (math.isfinite(p1_cmd_mpa) and math.isfinite(p2_cmd_mpa)):
+                raise DeviceError(f"{self.device}: a set-point is not finite; nothing was written")
             p1_cmd_mpa, p2_cmd_mpa = (
                 min(max(p1_cmd_mpa, 0.0), _REGULATOR_MPA),
                 min(max(p2_cmd_mpa, 0.0), _REGULATOR_MPA),

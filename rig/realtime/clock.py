@@ -84,4 +84,5 @@ class VirtualClock:
         """Turn the clock to the deadline."""
         if self._pace is not None:
             self._pace()
-        self._now_ns = max(self._now_ns, deadline_ns)
+        if deadline_ns > self._now_ns:
+            self._now_ns = deadline_ns

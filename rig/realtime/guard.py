@@ -120,6 +120,8 @@ class Guard:
     def __post_init__(self) -> None:
         limits = self.limits
         self._bad_value, self._stale, self._broken_wire, self._outside = (Bucket(limits.bucket) for _ in range(4))
+        self._counted = 0
+        """What the first three buckets hold: while that is nothing, a good measurement changes none of them."""
         self._max_step_mpa = limits.slew_mpa_s * self.period_s
         self._max_age_ns = int(limits.max_age_s * 1e9)
         self._period_ns = int(self.period_s * 1e9)
@@ -138,11 +140,12 @@ class Guard:
         too_far = step + _ROUNDING_MPA
         flags = 0
         safe1, safe2 = p1_cmd_mpa, p2_cmd_mpa
-        if not (low <= p1_cmd_mpa <= high and low <= p2_cmd_mpa <= high):
+        inside = low <= p1_cmd_mpa <= high and low <= p2_cmd_mpa <= high
+        if not inside:
             safe1, safe2 = min(max(p1_cmd_mpa, low), high), min(max(p2_cmd_mpa, low), high)
         before1, before2 = self._command or (low if safe1 != safe1 else safe1, low if safe2 != safe2 else safe2)
         # written so that NaN counts as clipped: min and max may let it through
-        if not (abs(safe1 - p1_cmd_mpa) <= _ROUNDING_MPA and abs(safe2 - p2_cmd_mpa) <= _ROUNDING_MPA):
+        if not (inside or (abs(safe1 - p1_cmd_mpa) <= _ROUNDING_MPA and abs(safe2 - p2_cmd_mpa) <= _ROUNDING_MPA)):
             flags |= CLIPPED_RANGE
             safe1 = safe1 if math.isfinite(p1_cmd_mpa) else before1
             safe2 = safe2 if math.isfinite(p2_cmd_mpa) else before2
@@ -168,18 +171,26 @@ class Guard:
         oldest = max(now.p1_age_ns, now.p2_age_ns, now.angle_age_ns)
         if oldest > self._period_ns:
             flags |= STALE
-        fault = _NO_FAULT
-        if self._bad_value.add(flags & SUSPECT):
-            fault = Fault.BAD_VALUE
-        if self._stale.add(oldest > self._max_age_ns):
-            fault = Fault.STALE_VALUE
-        if self._broken_wire.add(flags & BROKEN_WIRE):
-            fault = Fault.BROKEN_WIRE
+        too_old = oldest > self._max_age_ns
+        to_count = too_old or flags & (SUSPECT | BROKEN_WIRE) or self._counted
+        fault = self._count(flags, too_old) if to_count else _NO_FAULT
         if commanding and not flags & SUSPECT:  # a value that cannot be true is no evidence of a joint or a valve
             fault = self._moving_faults(now, angle_deg, flags) or fault
         if not flags & READ_ERROR:  # what follows a failed read is compared with what came before it
             self._previous = now
         return flags, fault
+
+    def _count(self, flags: int, too_old: bool) -> Fault:
+        """Count what is wrong with this measurement, and forgive what is right; the fault of a bucket that is full."""
+        fault = _NO_FAULT
+        if self._bad_value.add(flags & SUSPECT):
+            fault = Fault.BAD_VALUE
+        if self._stale.add(too_old):
+            fault = Fault.STALE_VALUE
+        if self._broken_wire.add(flags & BROKEN_WIRE):
+            fault = Fault.BROKEN_WIRE
+        self._counted = self._bad_value.level + self._stale.level + self._broken_wire.level
+        return fault
 
     def _implausible_pressure(self, now: Measurement) -> bool:
         """A pressure that is present cannot be true: not finite, out of range, or further from the last than physics
@@ -203,7 +214,7 @@ class Guard:
         its limits."""
         low, high = self.limits.angle_deg
         outside = not flags & (ANGLE_ABSENT | SUSPECT) and not low <= angle_deg <= high
-        if self._outside.add(outside):
+        if (outside or self._outside.level) and self._outside.add(outside):
             return Fault.ANGLE_LIMIT
         if self._not_following(now):
             return Fault.NOT_FOLLOWING
@@ -212,12 +223,13 @@ class Guard:
     def _not_following(self, now: Measurement) -> bool:
         """A pressure has been far from its set-point for too long; a missing monitor (NaN) never is. A reply that was
         lost says nothing: what was counted before it stands."""
-        p1_cmd_mpa, p2_cmd_mpa = self._command or (now.p1_mpa, now.p2_mpa)
+        p1_mpa, p2_mpa = now.p1_mpa, now.p2_mpa
+        p1_cmd_mpa, p2_cmd_mpa = self._command or (p1_mpa, p2_mpa)
         apart, far_mpa = self._apart_ticks, self.limits.follow_mpa
-        if now.p1_mpa == now.p1_mpa:
-            apart[0] = apart[0] + 1 if abs(now.p1_mpa - p1_cmd_mpa) > far_mpa else 0
-        if now.p2_mpa == now.p2_mpa:
-            apart[1] = apart[1] + 1 if abs(now.p2_mpa - p2_cmd_mpa) > far_mpa else 0
+        if p1_mpa == p1_mpa:
+            apart[0] = apart[0] + 1 if abs(p1_mpa - p1_cmd_mpa) > far_mpa else 0
+        if p2_mpa == p2_mpa:
+            apart[1] = apart[1] + 1 if abs(p2_mpa - p2_cmd_mpa) > far_mpa else 0
         return apart[0] > self._follow_limit or apart[1] > self._follow_limit
 
     def _frozen(self, now: Measurement) -> bool:

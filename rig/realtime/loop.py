@@ -168,7 +168,7 @@ class Loop:
             flags |= ANGLE_ZEROED
         p1_cmd_mpa, p2_cmd_mpa = self._command
         self.ring.put(
-            Sample._make((
+            tuple.__new__(Sample, (  # what `_make` does, in half its time
                 tick & 0xFFFFFFFF, due_ns, woken_ns, read_ns, self._clock.now_ns(), missed,
                 dp_mpa, p1_cmd_mpa, p2_cmd_mpa, now.p1_mpa, now.p2_mpa, now.angle_deg - self._zero.deg,
                 now.p1_raw, now.p2_raw, now.angle_raw, now.excitation_raw, now.p1_age_ns, now.p2_age_ns,

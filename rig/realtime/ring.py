@@ -151,6 +151,8 @@ class Ring:
 
         A recorder that does not move for `patience_s` is taken for dead; its losses are then counted, not waited for.
         """
+        if self._words[_HEAD] - self._words[_RECORDER] <= self.capacity // 2:  # the usual tick pays for no more
+            return
         seen, since = self.recorded, time.monotonic()
         while self.head - self.recorded > self.capacity // 2:
             time.sleep(poll_s)

@@ -1,6 +1,7 @@
 """The simulated rig: a function of time, set-points and seed, that looks like hardware through the Device protocol."""
 
 import math
+import random
 import statistics
 from dataclasses import replace
 from itertools import pairwise
@@ -8,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from hil.bench import SimulatedRig, SimulatedSettings
+from hil.bench import SimulatedRig, SimulatedSettings, normal_numbers
 from rig.app import shipped
 from rig.errors import DeviceLost, ModelError
 from rig.interfaces import DeviceContext, Measurement, Role
@@ -40,6 +41,11 @@ def history(ticks: int = 400, **settings: Any) -> list[Measurement]:
 def test_one_seed_is_one_history_and_another_is_another() -> None:
     assert history(seed=5) == history(seed=5)
     assert history(seed=5) != history(seed=6)
+
+
+def test_its_noise_is_that_of_the_standard_library() -> None:
+    ours, source = normal_numbers(random.Random(5)), random.Random(5)
+    assert [next(ours) for _ in range(1000)] == [source.gauss(0.0, 1.0) for _ in range(1000)]
 
 
 def test_it_turns_as_far_as_the_paper_s_rig() -> None:

@@ -2,6 +2,7 @@
 test_loop_*.py."""
 
 import math
+from typing import Any
 
 import pytest
 
@@ -38,6 +39,11 @@ def test_what_is_outside_is_clipped_and_said_so(asked: float, flag: Flag) -> Non
 @pytest.mark.parametrize("asked", [math.nan, math.inf, -math.inf])
 def test_what_is_no_number_leaves_the_set_point_where_it_is(asked: float) -> None:
     assert guard().command(asked, 0.2) == (0.2, 0.2, Flag.CLIPPED_RANGE)
+
+
+@pytest.mark.parametrize("asked", [math.nan, math.inf, -math.inf])
+def test_what_is_no_number_is_caught_at_the_second_valve_too(asked: float) -> None:
+    assert guard().command(0.2, asked) == (0.2, 0.2, Flag.CLIPPED_RANGE)
 
 
 @pytest.mark.parametrize("asked", [math.nan, math.inf, -math.inf])
@@ -91,6 +97,20 @@ def test_a_broken_wire_is_told_rather_than_the_bad_value_it_gives() -> None:
     made = guard()
     broken = GOOD._replace(p1_mpa=-0.125, flags=int(Flag.BROKEN_WIRE))
     assert [made.check(broken, 1.0, False)[1] for _ in range(5)][-1] is Fault.BROKEN_WIRE
+
+
+@pytest.mark.parametrize(
+    ("wrong", "fault"),
+    [
+        ({"p1_mpa": 0.65}, Fault.BAD_VALUE),
+        ({"p2_age_ns": 101_000_000}, Fault.STALE_VALUE),
+        ({"flags": int(Flag.BROKEN_WIRE)}, Fault.BROKEN_WIRE),
+    ],
+)
+def test_good_measurements_forgive_single_bad_ones_but_no_habit(wrong: dict[str, Any], fault: Fault) -> None:
+    made, bad = guard(pressure_jump_mpa=1.0), GOOD._replace(**wrong)
+    assert {made.check(now, 1.0, False)[1] for now in [bad, GOOD, GOOD] * 20} == {Fault.NONE}
+    assert [made.check(bad, 1.0, False)[1] for _ in range(5)] == [Fault.NONE] * 4 + [fault]
 
 
 def test_the_first_measurement_is_no_jump() -> None:
