@@ -10,10 +10,12 @@ from support.plants.gap_rigs import baselines, model, session
 from rig.gap import diagnose
 from rig.gap.answer.result import Diagnosis
 from rig.gap.records.own_zero import OWN_ZERO_NOTE
+from rig.gap.records.settings import FIRST_ROWS
 from rig.model.parameters import AddedEffect
 from rig.record import Record
 
-MOUNTED_DEG = 40.0
+HERE_DEG, MOUNTED_DEG = 2.0, 40.0
+"""Neither is where the joint rests: records that begin at zero are taken to count from there."""
 CHANGES = {
     "nothing": (),
     "thermal_drift": (AddedEffect("thermal_drift", {"rate_per_min": 0.2}),),
@@ -35,13 +37,13 @@ def beside_days(change: str, by_deg: float) -> Diagnosis:
 
 @pytest.mark.parametrize("change", CHANGES)
 def test_another_zero_changes_no_answer(change: str) -> None:
-    here, there = beside_days(change, 0.0), beside_days(change, MOUNTED_DEG)
+    here, there = beside_days(change, HERE_DEG), beside_days(change, MOUNTED_DEG)
     assert there.verdict is here.verdict
     assert [cause.effect for cause in there.causes] == [cause.effect for cause in here.causes]
     assert there.confidence == pytest.approx(here.confidence, abs=0.02)
     assert there.gap.floor_deg == pytest.approx(here.gap.floor_deg, rel=0.01)
     for one, other in zip(here.causes, there.causes, strict=True):
-        moved = MOUNTED_DEG if one.effect == "end_stop" else 0.0
+        moved = MOUNTED_DEG - HERE_DEG if one.effect == "end_stop" else 0.0
         for name, number in one.parameters.items():
             at = moved if name == "high_deg" else 0.0
             assert other.parameters[name].value == pytest.approx(number.value + at, rel=0.02, abs=1e-3)
@@ -72,7 +74,7 @@ def test_a_zero_that_each_record_took_at_rest_is_no_second_cause(days: int) -> N
 def from_its_first(record: Record) -> Record:
     """As an encoder counts that is switched on before each record, of which its table says nothing."""
     assert record.angle_deg is not None
-    return replace(record, angle_deg=record.angle_deg - float(np.median(record.angle_deg[:5])))
+    return replace(record, angle_deg=record.angle_deg - float(np.median(record.angle_deg[:FIRST_ROWS])))
 
 
 @pytest.mark.parametrize("days", [0, 3])
