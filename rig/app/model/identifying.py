@@ -12,7 +12,7 @@ from rig.channels import common
 from rig.errors import ConfigError, RecordError
 from rig.fields import bounded
 from rig.gap.records.outliers import fall_notes, without_falls
-from rig.identify.fit import Identified, Report, Settings, identify
+from rig.identify.fit import Identified, Report, SearchSettings, identify
 from rig.identify.records.data import RecordOptions, best_input, check_length, cut
 from rig.identify.records.rest import at_own_rest, far_from_all, require_rest
 from rig.identify.records.zero import why_zero_is_free
@@ -88,7 +88,7 @@ def identify_model(
     report: Report | None,
 ) -> Identified:
     """The model fitted to the records; `report(title, share, best)` during the searches."""
-    settings = Settings(
+    settings = SearchSettings(
         optimizer=search.optimizer,
         seeds=tuple(range(search.seed, search.seed + search.seeds)),
         swarm=SwarmSettings(particles=search.particles, iterations=search.iterations),
