@@ -1,5 +1,5 @@
 """What is asked of columns everywhere: their rms, how alike two are, which command is in force, what stands where
-values are missing, and the white noise in them."""
+values are missing, where an extremum lies between rows, and the white noise in them."""
 
 import math
 from collections.abc import Iterable
@@ -56,6 +56,16 @@ def filled_in(column: Column) -> Column:
         return column.copy()
     whole: Column = np.interp(np.arange(len(column)), np.flatnonzero(known), column[known])
     return whole
+
+
+def vertex_offset(column: Column, row: int) -> float:
+    """How far from `row`, at which a column (n,) is largest or smallest, the vertex of the parabola through that value
+    and both its neighbours lies, in rows; 0 at an end of the column, and where the three are equal."""
+    if not 0 < row < len(column) - 1:
+        return 0.0
+    before, at, after = column[row - 1 : row + 2]
+    bend = before - 2.0 * at + after
+    return float(0.5 * (before - after) / bend) if bend else 0.0
 
 
 def white_noise(columns: Iterable[Column], *, without_repeats: bool = False) -> float:
