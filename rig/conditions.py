@@ -32,9 +32,12 @@ def conditions(record: Record) -> dict[str, float | str]:
 
 
 def commanded_rest(record: Record) -> float | None:
-    """P0 that the record was commanded around, MPa; None where it does not say."""
+    """P0 that the record was commanded around, MPa: by its set-points, which went to the rig, else as a fact says it;
+    None where it does not say."""
     if record.p1_cmd_mpa is not None and record.p2_cmd_mpa is not None:
-        return float(np.nanmedian(0.5 * (record.p1_cmd_mpa + record.p2_cmd_mpa)))
+        middle = 0.5 * (record.p1_cmd_mpa + record.p2_cmd_mpa)
+        if np.isfinite(middle).any():
+            return float(np.nanmedian(middle))
     return float(record.facts["p0_mpa"]) if "p0_mpa" in record.facts else None
 
 

@@ -120,9 +120,10 @@ def test_a_p0_about_which_nothing_moves_is_refused(p0_mpa: float, drive: str) ->
         RecordError, match=r"P0 is \S+ MPa, as --p0 says; where pressures were measured it is 0.001 MPa"
     ):
         start_model(replace(ASKED, drive=drive, p0_mpa=p0_mpa), [ONE], RecordOptions())
-    said = replace(ONE, facts={"p0_mpa": p0_mpa})
+    said = replace(ONE, facts={"p0_mpa": p0_mpa}, p1_cmd_mpa=None, p2_cmd_mpa=None)
     with pytest.raises(RecordError, match="'s fact p0_mpa says"):
         start_model(replace(ASKED, drive=drive), [said], RecordOptions())
+    start_model(replace(ASKED, drive=drive), [replace(ONE, facts=said.facts)], RecordOptions())  # set-points say it
     start_model(replace(ASKED, p0_mpa=p0_mpa), [BARE], RecordOptions())
 
 

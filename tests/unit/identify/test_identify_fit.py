@@ -258,6 +258,10 @@ def test_p0_comes_from_the_records() -> None:
     assert template_rest([measured()]) == 0.2
     bare = replace(measured(), facts={})
     assert template_rest([bare]) == pytest.approx(0.2, abs=0.01)
+    between = np.full(len(bare), 0.155)
+    commanded = replace(measured(), p1_cmd_mpa=between + 0.1, p2_cmd_mpa=between - 0.1)
+    assert template_rest([commanded]) == 0.155, "a fact is typed, set-points went to the rig"
+    assert template_rest([bare, commanded]) == 0.155, "what one record says stands before what another one measures"
 
 
 def test_a_model_without_free_parameters_cannot_be_identified() -> None:
