@@ -22,7 +22,7 @@ WAVES: Final = 3.0
 """Turns of the error of a magnet that does not sit in the middle, over the span of the angle."""
 BURSTS: Final = 8
 """Times a buffer is late in one record."""
-FINE: Final = 50
+LAG_STEPS: Final = 50
 """Steps between two rows in which a lag is computed, along straight lines."""
 
 
@@ -70,10 +70,10 @@ def lagging(angle: Column, tau_s: float, period_s: float) -> Column:
     samples."""
     from scipy.signal import lfilter
 
-    steps, keep = len(angle), float(np.exp(-period_s / FINE / tau_s))
-    straight = np.interp(np.arange(steps * FINE) / FINE, np.arange(steps), angle)
+    steps, keep = len(angle), float(np.exp(-period_s / LAG_STEPS / tau_s))
+    straight = np.interp(np.arange(steps * LAG_STEPS) / LAG_STEPS, np.arange(steps), angle)
     behind = np.asarray(lfilter([1.0 - keep], [1.0, -keep], straight - angle[0]))
-    lagged: Column = behind[::FINE] + angle[0]
+    lagged: Column = behind[::LAG_STEPS] + angle[0]
     return lagged
 
 

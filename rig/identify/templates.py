@@ -13,7 +13,7 @@ import numpy as np
 from rig.conditions import commanded_rest
 from rig.config import suggest
 from rig.errors import ModelError
-from rig.identify.records.rest import STEP_DIGITS, measured_rest
+from rig.identify.records.rest import REST_DIGITS, measured_rest
 from rig.identify.response.response_fit import MOST_EXPONENT
 from rig.model.parameters import KINDS, Input, Model, MuscleModel, Parameter, StageKind, StageModel
 from rig.record import Record
@@ -108,7 +108,7 @@ def input_gain(records: list[Record], u_unit_mpa: float) -> float:
 def template_rest(records: list[Record]) -> float:
     """P0 (MPa) of a template: of the first record that says its own, else that of the first by its measured pressures,
     else the paper's."""
-    for rest, digits in ((commanded_rest, _COMMANDED_DIGITS), (measured_rest, STEP_DIGITS)):
+    for rest, digits in ((commanded_rest, _COMMANDED_DIGITS), (measured_rest, REST_DIGITS)):
         for record in records:
             if (found := rest(record)) is not None:
                 return round(found, digits)

@@ -13,9 +13,9 @@ from typing import Any
 from rig.gap.answer.facts import RAW
 from rig.gap.hypotheses.inverse_problems import PRESSURES
 from rig.gap.hypotheses.library import UNKNOWN
-from rig.gap.settings import EITHER_CHANCE, FAR
+from rig.gap.settings import EITHER_CHANCE, LARGE_GAP
 
-SAME = 1.001
+SAME_NUMBER = 1.001
 """Values closer than this are the same number."""
 
 
@@ -51,7 +51,7 @@ def _closing(diagnosis: Mapping[str, Any], named: Sequence[Any]) -> list[str]:
     gap = diagnosis["gap"]
     # of what was judged on the pressures, theirs must close and the angle's gap need not
     on_angle = [cause for cause in named if cause["judged_on"] not in (*RAW, PRESSURES)]
-    if named and gap["after_deg"] > SAME * gap["rms_deg"]:
+    if named and gap["after_deg"] > SAME_NUMBER * gap["rms_deg"]:
         said.append(
             f"{diagnosis['verdict']}, and the simulator gets worse: {gap['rms_deg']:.3g} to {gap['after_deg']:.3g} deg"
         )
@@ -67,7 +67,7 @@ def _floor(diagnosis: Mapping[str, Any]) -> list[str]:
         return []
     factors = list(evidence.get("factors", {}).values())
     signatures = [signature for signature in evidence.get("signatures", []) if signature.get("found")]
-    if any(one["found"] or one["gap"] > FAR * one["floor"] for one in factors) or signatures:
+    if any(one["found"] or one["gap"] > LARGE_GAP * one["floor"] for one in factors) or signatures:
         return []
     size, usual = f"{gap['rms_deg']:.3g} deg", f"{gap['floor_deg']:.3g} deg"
     return [f"{diagnosis['verdict']} at a gap of {size}, below the usual {usual}, by no other measure"]
@@ -82,7 +82,7 @@ def _order(causes: Sequence[Any]) -> list[str]:
     judged = [cause for cause in causes if cause["effect"] != UNKNOWN and cause["judged_on"] not in RAW]
     for first, second in pairwise(judged):
         if (
-            first["gap_after_deg"] > SAME * second["gap_after_deg"]
+            first["gap_after_deg"] > SAME_NUMBER * second["gap_after_deg"]
             and first["explained_fraction"] < second["explained_fraction"]
         ):
             said.append(f"{first['effect']} stands before {second['effect']} and explains less")
@@ -95,7 +95,7 @@ def _numbers(diagnosis: Mapping[str, Any], causes: Sequence[Any]) -> list[str]:
     said = []
     gap = diagnosis["gap"]
     low, high = gap.get("after_low_deg"), gap.get("after_high_deg")
-    if low is not None and high is not None and not low / SAME <= gap["after_deg"] <= high * SAME:
+    if low is not None and high is not None and not low / SAME_NUMBER <= gap["after_deg"] <= high * SAME_NUMBER:
         said.append(f"{gap['after_deg']:.3g} deg are left, outside of {low:.3g} to {high:.3g} deg")
     for cause in causes:
         outside = [name for name, one in cause["parameters"].items() if not one["low"] <= one["value"] <= one["high"]]
@@ -104,7 +104,7 @@ def _numbers(diagnosis: Mapping[str, Any], causes: Sequence[Any]) -> list[str]:
             said.append(f"{cause['effect']} may also be itself")
         if not 0.0 <= cause["confidence"] <= 1.0:
             said.append(f"{cause['effect']}: a confidence of {cause['confidence']:.3g}")
-        if diagnosis.get("confidence", 0.0) > SAME * cause["confidence"]:
+        if diagnosis.get("confidence", 0.0) > SAME_NUMBER * cause["confidence"]:
             said.append(f"{diagnosis['confidence']:.2f} as a whole, {cause['confidence']:.2f} for {cause['effect']}")
     if causes and diagnosis["where"].get("stage") != causes[0]["stage"]:
         said.append(f"it lies in {diagnosis['where'].get('stage')}, and the first cause in {causes[0]['stage']}")

@@ -33,8 +33,8 @@ LIKELY = 0.9
 """Mass at which a normal spread is made as wide as Student's. More: wider."""
 PULL = 0.02
 """How firmly levels are held to the start, per squared factor e, in nats."""
-ROUNDS = 20
-SHARES = (0.0, 0.2, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9)
+LEVEL_ROUNDS = 20
+OFFSET_SHARES = (0.0, 0.2, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9)
 """Shares of the monitors' offsets that are tried."""
 
 
@@ -87,12 +87,12 @@ def fit_monitors(
     families: Sequence[Sequence[tuple[Parts, Parts]]], pressures: FactorLevels, angle: FactorLevels, prior: Prior
 ) -> float:
     """The share of the monitors' offsets that is their own error (`Levels.monitors`), from pressures and angle of the
-    same healthy days: the likeliest of SHARES, every family's mean day counting alike."""
+    same healthy days: the likeliest of OFFSET_SHARES, every family's mean day counting alike."""
     said = [
-        [_mean([_tied(*day, Levels(pressures, angle, 0.0, share), prior) for day in days]) for share in SHARES]
+        [_mean([_tied(*day, Levels(pressures, angle, 0.0, share), prior) for day in days]) for share in OFFSET_SHARES]
         for days in families
     ]
-    return SHARES[int(np.argmax(np.sum(said, axis=0)))]
+    return OFFSET_SHARES[int(np.argmax(np.sum(said, axis=0)))]
 
 
 def _tied(pressures: Parts, angle: Parts, levels: Levels, prior: Prior) -> float:
@@ -125,8 +125,11 @@ def _of_family(days: Sequence[Parts], prior: Prior) -> Column:
             slope -= _slope(day, here, names, healthy.log_slopes(gap))
         return -said, slope
 
-    bounds = [(None, float(np.log(MOST[name])) if name in MOST else None) for name in names] + [(None, None)] * 2
-    found: Column = minimize(cost, start, jac=True, method="L-BFGS-B", bounds=bounds, options={"maxiter": ROUNDS}).x
+    largest = [float(np.log(MOST[name])) if name in MOST else None for name in names]
+    bounds = [(None, most) for most in (*largest, None, None)]
+    found: Column = minimize(
+        cost, start, jac=True, method="L-BFGS-B", bounds=bounds, options={"maxiter": LEVEL_ROUNDS}
+    ).x
     return found
 
 

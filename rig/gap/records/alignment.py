@@ -36,7 +36,7 @@ class Alignment:
         return self.off < SAME_COMMAND
 
 
-APART = Alignment(np.inf, 0.0)
+NO_OVERLAP = Alignment(np.inf, 0.0)
 
 
 def align(record: Record, other: Record) -> Alignment:
@@ -44,7 +44,7 @@ def align(record: Record, other: Record) -> Alignment:
     overlap enough."""
     length = min(_length_s(record), _length_s(other))
     if length < OVERLAP * max(_length_s(record), _length_s(other)) and length < SHORTEST_S:
-        return APART
+        return NO_OVERLAP
     unshifted = Alignment(_off(record, other, 0.0), 0.0)
     if unshifted.off < ALIGNED or not _could_fit(record, other):
         return unshifted

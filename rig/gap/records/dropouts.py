@@ -16,7 +16,6 @@ from rig.gap.records.filtered import before_filter, passed_in_a_row, through_fil
 from rig.gap.records.open_input import OpenInput, open_input
 from rig.gap.records.settings import (
     ABRUPT,
-    EXACT,
     FEWEST_DROPOUTS,
     FEWEST_ROWS,
     FEWEST_VALUES,
@@ -30,6 +29,7 @@ from rig.gap.records.settings import (
     RAIL_STEPS,
     RECOVERY_ROWS,
     RETURNS,
+    SAME_SHARE,
 )
 from rig.record import ZERO_FACT, Column, Record
 
@@ -207,7 +207,7 @@ def _tolerance(column: Column) -> float:
     known = column[np.isfinite(column)]
     values = np.unique(known)
     few = FEWEST_VALUES <= len(values) < MOST_DIFFERENT * len(column)
-    steps = RAIL_STEPS * float(np.median(np.diff(values))) if few else EXACT * float(np.ptp(values) or 1.0)
+    steps = RAIL_STEPS * float(np.median(np.diff(values))) if few else SAME_SHARE * float(np.ptp(values) or 1.0)
     if len(known) <= FEWEST_ROWS:
         return steps
     # what moves far from row to row looks like noise

@@ -23,8 +23,8 @@ from rig.gap.records.settings import (
     LONGEST_BRIDGE_S,
     LONGEST_GAP_S,
     MOST_REASONS,
-    RADIANS,
     SHORTEST_S,
+    SPREAD_IN_RADIANS,
     STILL_DEG,
     STRANGE,
     UNIT_SHAPE,
@@ -232,7 +232,7 @@ def check_scale(record: Record, partners: Sequence[Record | None]) -> None:
         np.nanstd(partner.angle_deg) for partner in partners if partner is not None and partner.angle_deg is not None
     ]
     share = float(np.nanstd(record.angle_deg) / np.median(spreads)) if spreads else 1.0
-    if RADIANS[0] < share < RADIANS[1]:
+    if SPREAD_IN_RADIANS[0] < share < SPREAD_IN_RADIANS[1]:
         raise RecordError(
             f"{record.name}: the angle moves {1 / share:.3g} times less than in the baselines; is it in radians? "
             "`pamrig log import` converts units"
