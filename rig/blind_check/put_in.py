@@ -12,10 +12,9 @@ import numpy as np
 from numpy.random import Generator
 
 from rig.errors import RecordError
-from rig.record import Column, Record
+from rig.record import MEASURED_COLUMNS, Column, Record
 
 Put = Callable[[Record, float, Generator], Record]
-MEASURED: Final = ("p1_mpa", "p2_mpa", "angle_deg")
 RAIL_BELOW: Final = 0.5
 """A fallen sample reads so many spans below the lowest angle."""
 WAVES: Final = 3.0
@@ -60,7 +59,9 @@ def late(record: Record, delay_s: "float | Column") -> Record:
     """All that was measured, as it was `delay_s` before: one number (s), or (n,) a delay for each row."""
     t = record.t_s - delay_s
     shifted = {
-        name: np.interp(t, record.t_s, column) for name in MEASURED if (column := getattr(record, name)) is not None
+        name: np.interp(t, record.t_s, column)
+        for name in MEASURED_COLUMNS
+        if (column := getattr(record, name)) is not None
     }
     return replace(record, **shifted)
 

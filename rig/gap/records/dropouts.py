@@ -31,10 +31,9 @@ from rig.gap.records.settings import (
     RETURNS,
     SAME_SHARE,
 )
-from rig.record import ZERO_FACT, Column, Record
+from rig.record import MEASURED_COLUMNS, ZERO_FACT, Column, Record
 
 Rows = NDArray[np.bool_]
-MEASURED = ("p1_mpa", "p2_mpa", "angle_deg")
 
 
 @dataclass(frozen=True)
@@ -65,7 +64,7 @@ def without_dropouts(records: Sequence[Record]) -> tuple[list[Record], list[tupl
     the highest value of a column are tried as rails; those that the samples cannot tell apart count as one. Falls of
     the angle are found behind a filter as well.
     """
-    found = [_in_columns(records, name) for name in MEASURED]
+    found = [_in_columns(records, name) for name in MEASURED_COLUMNS]
     kept = [tuple(one for column in found for one in column[k]) for k in range(len(records))]
     return [_taken_out(record, mine) for record, mine in zip(records, kept, strict=True)], kept
 
