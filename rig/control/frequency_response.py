@@ -23,7 +23,7 @@ CORNER_HZ: Final = 1.0
 SMOOTHED: Final = 0.06
 """Lines within this share of a frequency are averaged: between them nothing changes but the distortion."""
 POINTS: Final = 1000
-SEED: Final = 5
+PHASES_SEED: Final = 5
 
 
 @dataclass(frozen=True)
@@ -45,7 +45,7 @@ def best_linear_approximation(plant: Plant, amplitude_mpa: float) -> FrequencyRe
     """The response under multisines whose sum has the peak `amplitude_mpa`; ModelError when the model diverges."""
     lines = np.arange(1, PERIOD_TICKS // 2, 2)
     frequency = lines / (PERIOD_TICKS * plant.period_s)
-    random = np.random.default_rng(SEED)
+    random = np.random.default_rng(PHASES_SEED)
     cross, power = np.zeros(len(lines), dtype=np.complex128), np.zeros(len(lines))
     for _ in range(PHASES):
         u = _multisine(lines, frequency, random)

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from rig.service.processes import name_process
-from rig.service.web.page_setup import BACKLOG, PageSetup
+from rig.service.web.page_setup import PAGE_BACKLOG, PageSetup
 
 if TYPE_CHECKING:
     from uvicorn import Server
@@ -74,7 +74,7 @@ def _server(site: "Site") -> "Server":
         server_header=False,
         proxy_headers=False,
         timeout_keep_alive=_KEEP_ALIVE_S,
-        backlog=BACKLOG,
+        backlog=PAGE_BACKLOG,
     )
     server = uvicorn.Server(config)
     server.capture_signals = contextlib.nullcontext  # type: ignore[assignment,method-assign]

@@ -43,14 +43,14 @@ RATIOS = (4.0, 2.5, 8.0)
 NOT_A_COPY = 1e-9
 """By so much, relatively, the healthy records are off: those of an effect that does not show in them would be taken for
 copies."""
-SAME_DIRECTION = 1e-2
+PARALLEL = 1e-2
 """Patterns that differ by less than this share of the strongest count as one."""
 LEAST_ROUGH = 0.01
 """No usual error is less: no law is exact on another rig."""
 ALL = 1.0
 """Share that a law leaves which leaves all: one that fits nothing has a change of any size, and its share says no
 more."""
-SHARES = 5
+ERROR_POINTS = 5
 """Points by which the distribution of laws' errors on another build is told. More: slower, its tail a little farther
 out."""
 
@@ -158,7 +158,7 @@ def shares_of_usual(found: Sequence[LawError], usual: Sequence[float]) -> tuple[
         ratios += [one.share / others[one.effect] for one in found if one.family == family and one.effect in others]
     if not ratios:
         return tuple(usual)
-    middles = (np.arange(SHARES) + 0.5) / SHARES
+    middles = (np.arange(ERROR_POINTS) + 0.5) / ERROR_POINTS
     return tuple(float(ratio) for ratio in np.quantile(ratios, middles))
 
 
@@ -234,6 +234,6 @@ def beside(column: Column, patterns: Column) -> Column:
     sizes = np.linalg.norm(patterns, axis=0)
     shown = sizes > 0.0
     directions, strengths, _ = np.linalg.svd(patterns[:, shown] / sizes[shown], full_matrices=False)
-    kept = directions[:, strengths > SAME_DIRECTION * strengths[0]]
+    kept = directions[:, strengths > PARALLEL * strengths[0]]
     out: Column = column - kept @ (kept.T @ column)
     return out

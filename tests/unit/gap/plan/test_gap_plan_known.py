@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from support.plants.gap_rigs import model, session
 
 from rig.app.gap.known_rigs import known_of
-from rig.app.gap.study.smallest_sizes import REACH, SizesFound, rows_of, sizes_page, threshold
+from rig.app.gap.study.smallest_sizes import TRIED_TIMES, SizesFound, rows_of, sizes_page, threshold
 from rig.errors import RigError
 from rig.excite.experiment import Entry, Timing
 from rig.excite.signals import Sine
@@ -134,7 +134,7 @@ def refusing(size: float) -> bool:
     raise RigError("the joint left its travel")
 
 
-@pytest.mark.parametrize("seen", [lambda size: False, lambda size: size > REACH, refusing])
+@pytest.mark.parametrize("seen", [lambda size: False, lambda size: size > TRIED_TIMES, refusing])
 def test_what_is_not_found_at_all_is_none(seen: Callable[[float], bool]) -> None:
     assert threshold(seen, 1.0) is None
 
