@@ -15,7 +15,9 @@ from drivers.io_process.mailbox import IoMailbox, LinkState, attach
 from rig.errors import DeviceLost, DevicePending
 
 ALARM_LOOK_S: Final = 0.0005
+"""From one look at the mailbox to the next, s."""
 NOT_YET: Final = "the safe set-points are not confirmed yet"
+"""Why a `DevicePending` is raised."""
 _GONE_S: Final = 0.1
 """A killed I/O process lets go of its wire within milliseconds."""
 

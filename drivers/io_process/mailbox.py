@@ -25,7 +25,9 @@ from typing import Final, NamedTuple
 from rig.errors import DeviceLost
 
 MAILBOX_OUTPUTS: Final = 4
+"""Places for set-points in a message; a rig drives two."""
 MAX_VALUES: Final = 8
+"""Places for readings in a message."""
 _TEXT_BYTES: Final = 480
 _START_NS: Final = 2_000_000_000
 """What the start of a process takes at most on a busy machine."""

@@ -33,6 +33,7 @@ from rig.excite.experiment import expand, load_sweep
 from rig.excite.setpoints import around
 
 PERIOD_NS: Final = 5_000_000
+"""Of the set-points of an experiment that an answer asks for, ns: 5 ms, the loop's usual period."""
 
 
 def carry_out(source: Source, folder: CheckFolder, labels: Mapping[str, Label], rounds: int = MOST_FOLLOW_UPS) -> None:

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from typing import Any, Final
 
 ALL_DAYS: Final = 99
+"""More than a case has."""
 OWN, BARE, SISTER = "own", "bare", "sister"
 """The unit's own model file, the same without its fingerprint, and one that was made for a sister."""
 MOST_FOLLOW_UPS: Final = 2

@@ -14,6 +14,7 @@ from rig.blind_check.row import CaseKind, Row
 from rig.gap.hypotheses.library import NONE
 
 RATIO_EDGES: Final = (0.0, 1.0, 2.0, 3.0, 5.0, 100.0)
+"""Gap over floor at which the classes of the table begin and end."""
 NEARLY_ALL: Final = 0.01
 """Nearer to all than this is all."""
 CLOSE: Final = 0.05

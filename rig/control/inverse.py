@@ -20,6 +20,7 @@ from rig.control.plant import Plant
 from rig.record import Column
 
 MOST_ITERATIONS: Final = 60
+"""Iterations at most, where LAST_ITERATIONS did not end them before."""
 LEAST_IMPROVEMENT: Final = 0.02
 """An iteration that makes the rms error smaller by less than this share is one of the last."""
 LAST_ITERATIONS: Final = 4

@@ -42,6 +42,7 @@ TICKS_PER_CYCLE = 4
 LEAST_ZERO_TICKS = 10
 """Of a run that closes the loop: its error counts from the zero that is taken there."""
 MOST_SWEEP_BYTES = 256 * 1024
+"""Of a sweep's YAML; a longer file is none."""
 MOST_RECORDS = 20_000
 """Of one sweep: two days of records of ten seconds."""
 MOST_SWEEP_TICKS = 20_000_000

@@ -35,6 +35,7 @@ _TERM_SHARE = 0.8
 """The search keeps within this share of the verdict's limit, so that what lies between its few excitations fits in
 too."""
 _POLISH_ROUNDS = 100
+"""Iterations of a polish at most, by which its share of the budget is told."""
 _POLISH_ROWS = 4000
 """About how many rows a polish looks at: neighbours 5 ms apart say the same of a joint that takes 0.1 s to move."""
 _AGAIN_EVALUATIONS = 12_000

@@ -44,6 +44,7 @@ STEPS = 2
 HELD_DAYS = (1, 3, 5)
 """Healthy days that are held beside the first."""
 LEVEL_DIGITS = 4
+"""Significant digits of a level in priors.yaml."""
 FITTED_BY_OTHERS = ("odds", "usual")
 """Of the levels of a reference: by `pamrig gap study odds` and `usual`."""
 OF_DAYS = (ReferenceKind.SESSION.value, ReferenceKind.FINGERPRINT.value)

@@ -24,6 +24,7 @@ from rig.model.parameters import Input, Model, StageKind, load_model
 from rig.record import Record
 
 DEFAULT_SAMPLE_TIME_S = 0.005
+"""Of a model whose records are resampled, or do not say their period, s: the loop's usual one."""
 SHORTEST_SAMPLE_TIME_S, LONGEST_SAMPLE_TIME_S = 0.001, 0.05
 """Outside, a period is more often a wrong unit of time than a rig."""
 _SAMPLE_TIMES_S = (1e-4, 1.0)

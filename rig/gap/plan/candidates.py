@@ -17,7 +17,9 @@ from rig.gap.plan.settings import MOST_SWING_MPA, PEAK_OF_MIXED, SETTLE_S
 from rig.gap.response.propagate import RecordContext
 
 SINES_HZ = (0.1, 0.2, 0.35, 0.5, 0.8, 1.5, 2.5, 4.0)
+"""Frequencies of the sines to choose from: close where joints turn from stiffness to inertia, up to FASTEST_HZ."""
 TRIANGLES_HZ = (0.1, 0.3, 0.5)
+"""Those of the triangles, which show a play or a friction at constant speed: slow ones."""
 AMPLITUDE_SHARES = (1.0, 0.4)
 """Amplitudes, as shares of the largest."""
 FASTEST_HZ = 4.0

@@ -34,6 +34,7 @@ LIKELY = 0.9
 PULL = 0.02
 """How firmly levels are held to the start, per squared factor e, in nats."""
 LEVEL_ROUNDS = 20
+"""Iterations of the search for levels at most."""
 OFFSET_SHARES = (0.0, 0.2, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9)
 """Shares of the monitors' offsets that are tried."""
 

@@ -14,6 +14,7 @@ from rig.record import Column
 LATENESS_STEPS = 3
 """From no delay to that of a column. More: slower, and no other answer while it is below a quarter of a period."""
 MOST_LATE_S = 1.0
+"""Largest delay that a column is moved by, s."""
 WEIGHED_ROWS = 64
 """Rows that are weighed before any is moved."""
 END_ROWS = 4

@@ -26,6 +26,7 @@ longer. It keeps noise from rattling in the bank's plays."""
 RIDGE = 1e-6
 """Of the bank's weights, in units of each term's own spread: its low-passes and plays are nearly dependent."""
 BALANCE_RIDGE = 1e-4
+"""Of the joint's balance, in the same units: its terms come from one motion, and are nearly dependent."""
 BALANCE_SMOOTHING_S = 0.025
 """Standard deviation of the smoothing of the balance's terms, which hold second derivatives."""
 MOST_SLIP, MOST_VISCOUS_S, MOST_INERTIA_S = 50.0, 2.0, 0.5
@@ -34,6 +35,7 @@ CORRECTION_RIDGE = 1e-6
 """Of a regulator's correction, in units of each term's own power."""
 REGULATOR_LOW, REGULATOR_HIGH = np.array([0.0, 2e-3, 2e-3]), np.array([0.5, 1.0, 1.0])
 REGULATOR_STARTS: tuple[Regulator, ...] = ((0.01, 0.04, 0.04), (0.06, 0.1, 0.1))
+"""Dead time, fill and exhaust time constant (s) from which a fit begins: a quick regulator and a slow one."""
 MOST_EXPONENT = 2.0
 """Of the law of the mean pressure."""
 EXPONENT_TO, EXPONENTS = 0.02, 7

@@ -59,6 +59,7 @@ _COUNTS: Final = ("started_ns", "period_ns", "repeat", "seed", "ticks", "records
 _MOST_NUMBER: Final = 1e300
 """A number of the facts beyond it is none: what is computed with it would end in infinity."""
 MOST_INT64: Final = (1 << 63) - 1
+"""The largest signed number of 64 bits."""
 
 
 def sample_descriptor_set() -> bytes:

@@ -17,6 +17,7 @@ from rig.config import shown, suggest
 from rig.errors import RigError
 
 PROTOCOL_VERSION: Final = 1
+"""`v` of every message; another one is refused."""
 MAX_LINE_BYTES: Final = 64 * 1024
 """A longer line is no request; the connection that sent it is closed."""
 _SHORT_LINE_BYTES: Final = 512

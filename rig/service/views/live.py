@@ -27,6 +27,7 @@ from rig.service.session.session import Session
 
 HOST: Final = "127.0.0.1"
 LIVE_LOOK_S: Final = 1.0
+"""From one look at the process to the next, s."""
 LIVE_AGAIN_S: Final = (0.0, 2.0, 10.0, 60.0)
 """Before one that died is replaced for the first, second ... time in a row, as where somebody else has its port."""
 _POLL_S: Final = 0.02

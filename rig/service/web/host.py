@@ -29,7 +29,9 @@ from rig.service.web.page_setup import PAGE_BACKLOG, PageSetup
 from rig.service.web.serve import page_process
 
 DEFAULT_PORT: Final = 8420
+"""Tried first where none is asked for; where it is taken, the kernel chooses one."""
 PAGE_LOOK_S: Final = 0.1
+"""From one look at the page's process to the next, s."""
 PAGE_SILENCE_S: Final = 3.0
 """A page that has not beaten for so long hangs; one that the kernel calls stopped is replaced at the next look."""
 COMING_S: Final = 60.0

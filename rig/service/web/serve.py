@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from rig.service.web.site import Site
 
 BEAT_S: Final = 0.2
+"""From one sign of life to the daemon to the next, s; see `rig.service.web.host.PAGE_SILENCE_S`."""
 _NICE: Final = 0
 """As any program: Stop goes through it. The loop stands above all of them, the daemon above this one."""
 _OUT_OF_MEMORY: Final = "800"

@@ -15,6 +15,7 @@ from rig.service.requests import serve_requests
 
 T = TypeVar("T")
 WORKER_PATIENCE_S: Final = 60.0
+"""For one answer, s."""
 _WAITING: Final = 16
 _MEMORY_BYTES: Final = 4 * 1024**3
 

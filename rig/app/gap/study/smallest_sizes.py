@@ -43,6 +43,7 @@ HALVINGS: Final = 4
 WITHIN: Final = 1.5
 """Factor within which predicted and found sizes are meant to agree."""
 P0_MPA: Final = 0.2
+"""Rest pressure of the unit's model, MPa: the reference plants' own."""
 
 
 @dataclass(frozen=True)

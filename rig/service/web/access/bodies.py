@@ -13,7 +13,9 @@ from rig.service.web.access.guard import visitor_of
 from rig.service.web.access.visitors import Visitors
 
 MOST_BODY_BYTES: Final = 16 * 1024
+"""Bytes of a request's body at most."""
 BODY_PATIENCE_S: Final = 5.0
+"""For a whole request, s."""
 _MOST_FIELDS: Final = 20
 
 

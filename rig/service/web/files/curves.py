@@ -21,6 +21,7 @@ from rig.service.session.run_setup import program_of
 from rig.service.web.units import units_of
 
 CURVE_POINTS: Final = 2000
+"""Points of one curve, and lines of a log, on a page at most."""
 _PRESSURES: Final = ("p1_cmd_mpa", "p2_cmd_mpa", "p1_mpa", "p2_mpa")
 _FACTS: Final = ("valid", "ticks", "missed", "dropped", "complete", "fault", "ended", "angle_zero_deg")
 _NAMED: Final = 50

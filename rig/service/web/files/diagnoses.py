@@ -17,8 +17,11 @@ from rig.errors import RecordError, RigError, StateError
 from rig.service.web.files.diagnosis_json import DiagnosedDay, gap_of, unit_of
 
 REFERENCE_CHOICES: Final = ("auto", "sessions", "session", "fingerprint", "simulator")
+"""What may stand for the rig without a gap; auto: the diagnosis chooses."""
 DIAGNOSIS_PATIENCE_S: Final = 1800.0
+"""A diagnosis that takes longer is ended, s."""
 MOST_SHOWN: Final = 100
+"""The latest ones; older ones stay in their folder."""
 _ASKED, _FOUND, _REPORT, _SAID = "asked.json", "found.json", "report.html", "said.txt"
 
 

@@ -12,6 +12,7 @@ from rig.service.web.access.command_holder import CommandHolder
 from rig.service.web.access.guard import visitor_of
 
 MOST_VIEWERS: Final = 64
+"""Open pages with a stream of their own; a further one is refused."""
 _WAITING: Final = 100
 """Messages, four seconds' worth, for one viewer."""
 _TOO_MANY: Final = 1013  # try again later (RFC 6455, IANA's registry)
