@@ -19,16 +19,16 @@ was commanded, or both pressures are shifted."""
 
 def conditions(record: Record) -> dict[str, float | str]:
     """Name -> value of every condition that the record says: a fact, or the median of a column of that name."""
-    said: dict[str, float | str] = {
+    found: dict[str, float | str] = {
         name: float(np.nanmedian(column))
         for name, column in record.extra.items()
         if (is_condition(name) or name in {one.name for one in stated(record)}) and np.isfinite(column).any()
     }
     for name, value in (dict(record.facts) | tags_of(record.facts)).items():
         if is_condition(name) and isinstance(value, (int, float, str)):
-            said[name] = value if isinstance(value, str) else float(value)
+            found[name] = value if isinstance(value, str) else float(value)
     rest = commanded_rest(record)
-    return said if rest is None else said | {"p0_mpa": rest}
+    return found if rest is None else found | {"p0_mpa": rest}
 
 
 def commanded_rest(record: Record) -> float | None:
@@ -44,8 +44,8 @@ def commanded_rest(record: Record) -> float | None:
 def taken_rest(record: Record, p0_mpa: float) -> float:
     """P0 (MPa) about which a record's difference of set-points is split: its own, else what was read from its measured
     pressures because the records of its day lie around several (`MEASURED_REST`), else `p0_mpa`."""
-    said = commanded_rest(record)
-    return said if said is not None else float(record.facts.get(MEASURED_REST, p0_mpa))
+    commanded = commanded_rest(record)
+    return commanded if commanded is not None else float(record.facts.get(MEASURED_REST, p0_mpa))
 
 
 def stated(record: Record) -> list[Further]:

@@ -90,20 +90,20 @@ class DeviceTicker:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        said = ""
+        outcome = ""
         with _ended_afterwards() as pressed:
             self._quit.set()
             self._thread.join()
             try:
-                said = self._make_safe(pressed) if self._at is not None else ""
+                outcome = self._make_safe(pressed) if self._at is not None else ""
             except DeviceError as unsafe:
                 raise beside(error, str(unsafe)) if isinstance(error, RigError) else unsafe from None
             finally:
                 self._let_go()
-            if said and not isinstance(error, RigError) and (error is not None or pressed):
-                _tell(said)
-        if said and isinstance(error, RigError):
-            raise beside(error, said) from None
+            if outcome and not isinstance(error, RigError) and (error is not None or pressed):
+                _tell(outcome)
+        if outcome and isinstance(error, RigError):
+            raise beside(error, outcome) from None
 
     def _let_go(self) -> None:
         """Of the device, and of who stands above to the last: until then a watchdog may go on."""
@@ -226,17 +226,17 @@ class DeviceTicker:
     def _give_up(self, error: DeviceError) -> None:
         """After an error nothing is to stand under pressure while somebody is still asked for a number: what the device
         does not take is tried until it does, or the way out goes on with it."""
-        self._error, said = error, False
+        self._error, reported = error, False
         owed = self._at is not None
         until_s = time.monotonic() + MAKE_SAFE_S
         while True:
             if owed:
                 self._try_once()
                 owed = self._safe_outcome < SafeOutcome.WRITTEN
-                if not owed and said:
+                if not owed and reported:
                     _tell(SafeReport(Writer.CONTROL, outcome=self._safe_outcome).words)
-                elif owed and not said and time.monotonic() > until_s:
-                    said = True
+                elif owed and not reported and time.monotonic() > until_s:
+                    reported = True
                     _tell(f"{NOT_SAFE}: {error}; the safe state is written as soon as the device takes it")
             elif self._at is not None:
                 owed = not self._answers()

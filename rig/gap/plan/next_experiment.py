@@ -235,18 +235,18 @@ def _chosen(known: Sequence[_Open], times: Sequence[float], allowed: Sequence[in
     """Of the allowed records, by what they add a second, until the time is over or none adds enough; none at all where
     they are not worth it together."""
     chosen: list[int] = []
-    told = 0.0
+    gained = 0.0
     while True:
         left = seconds - sum(times[k] for k in chosen)
         gains = {
             k: sum(one.gain([*chosen, k]) for one in known) for k in allowed if k not in chosen and times[k] <= left
         }
-        enough = [k for k, gain in gains.items() if gain - told >= MORE_NATS]
-        best = max(enough, key=lambda k: (gains[k] - told) / times[k], default=None)
+        enough = [k for k, gain in gains.items() if gain - gained >= MORE_NATS]
+        best = max(enough, key=lambda k: (gains[k] - gained) / times[k], default=None)
         if best is None:
-            return chosen if told >= WORTH_NATS else []
+            return chosen if gained >= WORTH_NATS else []
         chosen.append(best)
-        told = gains[best]
+        gained = gains[best]
 
 
 def _described(known: Sequence[_Open], pool: Sequence[Entry], chosen: Sequence[int]) -> Experiment:

@@ -78,10 +78,10 @@ def fit_builds(families: Sequence[Sequence[Parts]], levels: FactorLevels, prior:
 def _log_missed(factor: Factor) -> float:
     """Logarithm of the likeliest share of the usual rms by which a day without a gap is missed."""
     logs, healthy = np.linspace(-MOST_MISSED, MOST_MISSED, 2 * MISSED_STEPS - 1), factor.healthy
-    said = [
+    densities = [
         replace(healthy, variance=share * healthy.variance).log_density(factor.gap_lines) for share in np.exp(2 * logs)
     ]
-    return float(logs[int(np.argmax(said))])
+    return float(logs[int(np.argmax(densities))])
 
 
 def fit_monitors(
@@ -89,11 +89,11 @@ def fit_monitors(
 ) -> float:
     """The share of the monitors' offsets that is their own error (`Levels.monitors`), from pressures and angle of the
     same healthy days: the likeliest of OFFSET_SHARES, every family's mean day counting alike."""
-    said = [
+    densities = [
         [_mean([_tied(*day, Levels(pressures, angle, 0.0, share), prior) for day in days]) for share in OFFSET_SHARES]
         for days in families
     ]
-    return OFFSET_SHARES[int(np.argmax(np.sum(said, axis=0)))]
+    return OFFSET_SHARES[int(np.argmax(np.sum(densities, axis=0)))]
 
 
 def _tied(pressures: Parts, angle: Parts, levels: Levels, prior: Prior) -> float:
@@ -119,12 +119,12 @@ def _of_family(days: Sequence[Parts], prior: Prior) -> Column:
 
     def cost(x: Column) -> tuple[float, Column]:
         here = _levels(names, x, 0.0)
-        slope, said = 2.0 * PULL * (x - start), -PULL * float(np.sum((x - start) ** 2))
+        slope, density = 2.0 * PULL * (x - start), -PULL * float(np.sum((x - start) ** 2))
         for day, gap in zip(days, residuals, strict=True):
             healthy = day.factor(here, prior).healthy
-            said += healthy.log_density(gap)
+            density += healthy.log_density(gap)
             slope -= _slope(day, here, names, healthy.log_slopes(gap))
-        return -said, slope
+        return -density, slope
 
     largest = [float(np.log(MOST[name])) if name in MOST else None for name in names]
     bounds = [(None, most) for most in (*largest, None, None)]

@@ -77,8 +77,8 @@ def early(records: Sequence[Record]) -> str:
     """A note where the records of a day together have an effect before its cause; empty where they have not. Records
     whose rows are no course over time are left out."""
     read = [record for record in records if not _badly_sampled(record)]
-    said = before_command(read)
-    return f"{subject_of(read)}: {said}" if said else ""
+    finding = before_command(read)
+    return f"{subject_of(read)}: {finding}" if finding else ""
 
 
 def _badly_sampled(record: Record) -> str:

@@ -31,7 +31,8 @@ def dead_monitor(record: Record) -> str | None:
     """The first monitor that is not heard, in words, or that both read one pressure; None when both are heard, or none
     was measured."""
     dead = next(
-        (f"the monitor of {name} {said}" for name in ("p1", "p2") if (said := monitor_trouble(record, name))), None
+        (f"the monitor of {name} {why}" for name in ("p1", "p2") if (why := monitor_trouble(record, name))),
+        None,
     )
     return dead or ("the monitors of p1 and p2 read the same pressure" if _read_one(record) else None)
 

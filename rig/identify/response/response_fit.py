@@ -82,8 +82,8 @@ def fit_regulator(
 
 def _missed(line: RegulatorRecord, regulator: Sequence[float] | Column) -> Column:
     """What a regulator leaves of its pressure, MPa, apart from an offset; 0 in rows that do not count."""
-    said = regulated(line.command_mpa, regulator[0], regulator[1], regulator[2], line.dt_s)
-    return _without_offset(line.pressure_mpa - said, line.used)
+    regulated_mpa = regulated(line.command_mpa, regulator[0], regulator[1], regulator[2], line.dt_s)
+    return _without_offset(line.pressure_mpa - regulated_mpa, line.used)
 
 
 def _without_offset(column: Column, used: Column) -> Column:
@@ -104,9 +104,9 @@ def fit_correction(lines: Sequence[RegulatorRecord], regulator: Regulator, p0_mp
 
 def _correction_rows(line: RegulatorRecord, regulator: Regulator, p0_mpa: float) -> tuple[Column, Column]:
     """Terms (n, REGULATOR_TERMS) and what they are to explain (n,), nought in rows that do not count."""
-    said = regulated(line.command_mpa, *regulator, line.dt_s)
-    terms = regulator_terms(said, p0_mpa, line.dt_s) * line.used[:, None]
-    return terms, (line.pressure_mpa - said) * line.used
+    regulated_mpa = regulated(line.command_mpa, *regulator, line.dt_s)
+    terms = regulator_terms(regulated_mpa, p0_mpa, line.dt_s) * line.used[:, None]
+    return terms, (line.pressure_mpa - regulated_mpa) * line.used
 
 
 def corrected_misfit_mpa(

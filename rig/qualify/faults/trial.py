@@ -74,8 +74,8 @@ def _unmoved(bench: FaultBench, row: FaultRow, seen: _Seen) -> Finding:
     if cause in _BY_THE_MACHINE:
         raise Spoilt(cause)
     missed = bench.status()["loop"]["missed"] - seen.missed
-    said = bench.log_text()[seen.log_chars :]
-    problem = f"the rig stopped: {cause}" if cause else "" if row.said in said else f"the log does not say {row.said!r}"
+    log = bench.log_text()[seen.log_chars :]
+    problem = f"the rig stopped: {cause}" if cause else "" if row.said in log else f"the log does not say {row.said!r}"
     return Finding(row, cause, None, f"{counted(missed, 'period')} skipped" if missed else "on the grid", problem)
 
 
@@ -91,7 +91,7 @@ def _stopped(bench: FaultBench, row: FaultRow, seen: _Seen, since_ns: int) -> Fi
         bench.wait(lambda: _black_boxes(bench) - seen.black_boxes, "the black box")
     if cause not in row.causes and cause in _BY_THE_MACHINE:
         raise Spoilt(cause)
-    said = bench.log_text()[seen.log_chars :]
+    log = bench.log_text()[seen.log_chars :]
     boxes = _black_boxes(bench) - seen.black_boxes
     evidence = ", ".join(
         [
@@ -99,13 +99,13 @@ def _stopped(bench: FaultBench, row: FaultRow, seen: _Seen, since_ns: int) -> Fi
             *_records(bench, cause == Fault.RECORDER_DIED.name),
         ]
     )
-    return Finding(row, cause, ms, evidence, _problem(row, cause, ms, said, evidence))
+    return Finding(row, cause, ms, evidence, _problem(row, cause, ms, log, evidence))
 
 
-def _problem(row: FaultRow, cause: str, ms: float, said: str, evidence: str) -> str:
+def _problem(row: FaultRow, cause: str, ms: float, log: str, evidence: str) -> str:
     if cause not in row.causes:
         return f"the cause is given as {cause or 'none'}, not {' or '.join(row.causes)}"
-    if row.said not in said:
+    if row.said not in log:
         return f"the log does not say {row.said!r}"
     if ms > row.bound_ms:
         return f"{ms:.1f} ms to the safe state; the bound is {row.bound_ms:g} ms"

@@ -87,21 +87,21 @@ def with_laws(
     rigs = rigs_of(plan)
     errors_of = partial(of_rig, effects=tuple(effects or LIBRARY))
     with executor(None, plan.workers) as pool:
-        told = [error for some in reported(pool.map(errors_of, range(len(rigs)), rigs), report, 0) for error in some]
-    return with_errors(levels, plan, told, effects)
+        errors = [error for some in reported(pool.map(errors_of, range(len(rigs)), rigs), report, 0) for error in some]
+    return with_errors(levels, plan, errors, effects)
 
 
 def with_errors(
-    levels: Fitted, plan: FittingPlan, told: Sequence[LawError], effects: Sequence[str] = ()
+    levels: Fitted, plan: FittingPlan, errors: Sequence[LawError], effects: Sequence[str] = ()
 ) -> tuple[Fitted, dict[str, float]]:
     """The levels with what these errors, of the plan's rigs, say is usual; an effect of which none tells keeps its own,
     and so does what only all effects together say, where but some `effects` were asked."""
-    found, before = usual_errors(told), levels.prior
-    answer = usual_answer(told)
+    found, before = usual_errors(errors), levels.prior
+    answer = usual_answer(errors)
     prior = replace(
         before,
         laws={**before.laws, **found},
-        law_shares=before.law_shares if effects else shares_of_usual(told, before.law_shares),
+        law_shares=before.law_shares if effects else shares_of_usual(errors, before.law_shares),
         answer=answer or before.answer,
     )
     renewed = ["laws", *([] if effects else ["law_shares"]), *(["answer"] if answer else [])]
@@ -164,14 +164,14 @@ def shares_of_usual(found: Sequence[LawError], usual: Sequence[float]) -> tuple[
 
 def usual_answer(found: Sequence[LawError]) -> float | None:
     """Root of the mean square over families of what is in the middle of each; None where none tells."""
-    told = [(one.family, one.answer) for one in found if one.answer is not None]
-    return _usual(told) if told else None
+    errors = [(one.family, one.answer) for one in found if one.answer is not None]
+    return _usual(errors) if errors else None
 
 
-def _usual(told: Iterable[tuple[str, float]]) -> float:
+def _usual(errors: Iterable[tuple[str, float]]) -> float:
     """Root of the mean square over families of what is in the middle of each, of numbers with their family."""
     by: dict[str, list[float]] = {}
-    for family, number in told:
+    for family, number in errors:
         by.setdefault(family, []).append(number)
     return float(np.sqrt(np.mean(np.square([median(some) for some in by.values()]))))
 
