@@ -80,8 +80,6 @@ SETTLED = 0.25
 
 SHORTEST_S = 2.0
 """A record shorter than this is not used, s: no effect that is slow shows in it."""
-LEAST_ROWS = 50
-"""Fewer rows show no response."""
 LEAST_SAMPLED = 0.5
 """Share of its own time that a record has to be sampled: rows times their usual distance, over its length."""
 LEAST_MEASURED = 0.5

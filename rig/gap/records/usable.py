@@ -18,7 +18,6 @@ from rig.gap.records.settings import (
     HALF_TURN_DEG,
     LEAST_COMMAND_MPA,
     LEAST_MEASURED,
-    LEAST_ROWS,
     LEAST_SAMPLED,
     LONGEST_BRIDGE_S,
     LONGEST_GAP_S,
@@ -32,6 +31,7 @@ from rig.gap.records.settings import (
 from rig.identify.records.causality import before_command, subject_of
 from rig.identify.records.data import strange_units
 from rig.identify.records.monitors import (
+    LEAST_ROWS,
     LONGEST_LAG_S,
     STILL_MPA,
     correlations,

@@ -68,6 +68,8 @@ records: [{sine: {frequency_hz: 0.5, amplitude_deg: 25}}]
 
 
 _NAMES: Final = ("loop", "recorder", "supervisor", "guardian")
+BY_THE_MACHINE: Final = ("MISSED_TICKS", "LONG_STALL", "LOOP_DIED")
+"""Faults that a machine which stands still causes by itself."""
 
 
 class Spoilt(RigError):

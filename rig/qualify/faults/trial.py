@@ -11,7 +11,7 @@ from typing import Any, Final
 from rig.errors import RigError
 from rig.log.mcap.writer import PARTIAL_SUFFIX
 from rig.number_text import counted
-from rig.qualify.faults.bench import FaultBench, Spoilt
+from rig.qualify.faults.bench import BY_THE_MACHINE, FaultBench, Spoilt
 from rig.qualify.faults.table import FaultRow
 from rig.realtime.faults import Fault
 
@@ -19,7 +19,6 @@ ATTEMPTS: Final = 4
 """A trial is repeated when the machine itself stood still, which a virtual one does now and then."""
 _FINISH_S: Final = 2.0
 _UNFINISHED_OR_NOT: Final = (".mcap", f".mcap{PARTIAL_SUFFIX}")
-_BY_THE_MACHINE: Final = ("MISSED_TICKS", "LONG_STALL", "LOOP_DIED")
 
 
 @dataclass(frozen=True)
@@ -71,7 +70,7 @@ def _unmoved(bench: FaultBench, row: FaultRow, seen: _Seen) -> Finding:
     """The rig must go on as if nothing had been."""
     time.sleep(0.1)
     cause = bench.fault()
-    if cause in _BY_THE_MACHINE:
+    if cause in BY_THE_MACHINE:
         raise Spoilt(cause)
     missed = bench.status()["loop"]["missed"] - seen.missed
     log = bench.log_text()[seen.log_chars :]
@@ -89,7 +88,7 @@ def _stopped(bench: FaultBench, row: FaultRow, seen: _Seen, since_ns: int) -> Fi
             os.kill(bench.daemon_pid, signal.SIGCONT)
         cause = bench.wait(bench.fault, "the fault to be reported")
         bench.wait(lambda: _black_boxes(bench) - seen.black_boxes, "the black box")
-    if cause not in row.causes and cause in _BY_THE_MACHINE:
+    if cause not in row.causes and cause in BY_THE_MACHINE:
         raise Spoilt(cause)
     log = bench.log_text()[seen.log_chars :]
     boxes = _black_boxes(bench) - seen.black_boxes
