@@ -54,6 +54,7 @@ class CurveFit:
 
 
 LEAST_POINTS: Final = 2
+"""Of a straight line."""
 
 
 def calibrate(role: Role, measured: Measured, date: str, where: str) -> Calibration | Potentiometer:

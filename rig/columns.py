@@ -1,5 +1,5 @@
 """What is asked of columns everywhere: their rms, how alike two are, which command is in force, what stands where
-values are missing, and the white noise in them."""
+values are missing, where an extremum lies between rows, and the white noise in them."""
 
 import math
 from collections.abc import Iterable
@@ -15,13 +15,13 @@ MAD_TO_STD = 1.4826
 """Standard deviation of a normal distribution over the median of its absolute deviations."""
 NORMAL_95 = 1.959963984540054
 """Standard deviations by which a 95 % interval of a normal distribution goes either way."""
-SAME = 1e-9
+SAME_SIZE = 1e-9
 """Sizes that differ by less than this share of the largest are equal: what rounding leaves of equal steps."""
 NEAR = 0.1
 """How far, in steps, the values of a converter may lie from even steps: its file rounds them, to three decimals say."""
-MOST_VALUES = 0.5
+MOST_DISTINCT = 0.5
 """Share of a column's rows with a value of their own from which on it has no steps."""
-LEAST_ROWS = 50
+LEAST_DISTINCT_ROWS = 50
 """Fewer rows than this beside exact repeats say nothing; then all of a column's rows count."""
 
 
@@ -58,6 +58,16 @@ def filled_in(column: Column) -> Column:
     return whole
 
 
+def vertex_offset(column: Column, row: int) -> float:
+    """How far from `row`, at which a column (n,) is largest or smallest, the vertex of the parabola through that value
+    and both its neighbours lies, in rows; 0 at an end of the column, and where the three are equal."""
+    if not 0 < row < len(column) - 1:
+        return 0.0
+    before, at, after = column[row - 1 : row + 2]
+    bend = before - 2.0 * at + after
+    return float(0.5 * (before - after) / bend) if bend else 0.0
+
+
 def white_noise(columns: Iterable[Column], *, without_repeats: bool = False) -> float:
     """Standard deviation of the white noise in columns (n,), in their unit, from their third differences by medians.
 
@@ -76,7 +86,7 @@ def on_even_steps(column: Column) -> Column:
     """A converter's column (n,) with its values exactly even steps apart, whatever decimals its file kept; any other as
     it is. Values that are rounded twice are many where there is one, and no median tells how they are spread."""
     values = np.unique(column[np.isfinite(column)])
-    if not 2 < len(values) < MOST_VALUES * len(column):
+    if not 2 < len(values) < MOST_DISTINCT * len(column):
         return column
     gaps = np.diff(values)
     steps = gaps / float(np.median(gaps))
@@ -90,7 +100,7 @@ def on_even_steps(column: Column) -> Column:
 def grouped_median(sizes: Column) -> float:
     """The median of sizes (n,), none below 0, of which many may be equal: those are taken to lie evenly between their
     neighbours' middles, so that a coarse converter's median does not jump by its step."""
-    unit = max(SAME * float(np.max(sizes, initial=0.0)), 1e-300)
+    unit = max(SAME_SIZE * float(np.max(sizes, initial=0.0)), 1e-300)
     values, counts = np.unique(np.round(sizes / unit), return_counts=True)
     below = np.cumsum(counts) - counts
     k = int(np.searchsorted(np.cumsum(counts), 0.5 * len(sizes)))
@@ -106,4 +116,4 @@ def _third_differences(column: Column, without_repeats: bool) -> Column:
     still = np.diff(column) == 0
     beside = still[:-2] | still[1:-1] | still[2:] | np.concatenate([[False], still[:-3]])
     left: Column = third[~beside & known]
-    return left if len(left) > LEAST_ROWS else third[known]
+    return left if len(left) > LEAST_DISTINCT_ROWS else third[known]

@@ -19,30 +19,33 @@ was commanded, or both pressures are shifted."""
 
 def conditions(record: Record) -> dict[str, float | str]:
     """Name -> value of every condition that the record says: a fact, or the median of a column of that name."""
-    said: dict[str, float | str] = {
+    found: dict[str, float | str] = {
         name: float(np.nanmedian(column))
         for name, column in record.extra.items()
         if (is_condition(name) or name in {one.name for one in stated(record)}) and np.isfinite(column).any()
     }
     for name, value in (dict(record.facts) | tags_of(record.facts)).items():
         if is_condition(name) and isinstance(value, (int, float, str)):
-            said[name] = value if isinstance(value, str) else float(value)
+            found[name] = value if isinstance(value, str) else float(value)
     rest = commanded_rest(record)
-    return said if rest is None else said | {"p0_mpa": rest}
+    return found if rest is None else found | {"p0_mpa": rest}
 
 
 def commanded_rest(record: Record) -> float | None:
-    """P0 that the record was commanded around, MPa; None where it does not say."""
+    """P0 that the record was commanded around, MPa: by its set-points, which went to the rig, else as a fact says it;
+    None where it does not say."""
     if record.p1_cmd_mpa is not None and record.p2_cmd_mpa is not None:
-        return float(np.nanmedian(0.5 * (record.p1_cmd_mpa + record.p2_cmd_mpa)))
+        middle = 0.5 * (record.p1_cmd_mpa + record.p2_cmd_mpa)
+        if np.isfinite(middle).any():
+            return float(np.nanmedian(middle))
     return float(record.facts["p0_mpa"]) if "p0_mpa" in record.facts else None
 
 
 def taken_rest(record: Record, p0_mpa: float) -> float:
     """P0 (MPa) about which a record's difference of set-points is split: its own, else what was read from its measured
     pressures because the records of its day lie around several (`MEASURED_REST`), else `p0_mpa`."""
-    said = commanded_rest(record)
-    return said if said is not None else float(record.facts.get(MEASURED_REST, p0_mpa))
+    commanded = commanded_rest(record)
+    return commanded if commanded is not None else float(record.facts.get(MEASURED_REST, p0_mpa))
 
 
 def stated(record: Record) -> list[Further]:

@@ -10,6 +10,7 @@ from typing import Any, NamedTuple, Protocol, TypeVar
 
 T = TypeVar("T")
 NAN = float("nan")
+"""A reading that a device does not have."""
 
 
 class Role(StrEnum):

@@ -22,7 +22,7 @@ from typing import Any, TypeVar
 from rig.errors import RigError
 
 R = TypeVar("R")
-PATIENCE_S = 10.0
+SCHEDULER_PATIENCE_S = 10.0
 """For a scheduler's first answer."""
 MOST_DEATHS = 3
 """So often in a row a worker may die without a piece that gets done."""
@@ -51,7 +51,7 @@ def executor(dask: str | None = None, workers: int | None = None) -> Iterator[Ex
     except ImportError:
         raise RigError("--dask: the package dask.distributed is not installed; pip install 'pamrig[dask]'") from None
     try:
-        client: Any = distributed.Client(dask, timeout=PATIENCE_S, set_as_default=False)
+        client: Any = distributed.Client(dask, timeout=SCHEDULER_PATIENCE_S, set_as_default=False)
     except (OSError, ValueError, TimeoutError) as error:
         raise RigError(
             f"--dask {dask}: no scheduler answers there ({type(error).__name__}); expected host:port"

@@ -106,4 +106,7 @@ class Record:
         return replace(self, **cut, extra=extra)
 
 
-MAIN_COLUMNS = ("t_s", "dp_cmd_mpa", "p1_cmd_mpa", "p2_cmd_mpa", "p1_mpa", "p2_mpa", "angle_deg")
+MEASURED_COLUMNS = ("p1_mpa", "p2_mpa", "angle_deg")
+"""The columns that come from sensors; each may be missing."""
+MAIN_COLUMNS = ("t_s", "dp_cmd_mpa", "p1_cmd_mpa", "p2_cmd_mpa", *MEASURED_COLUMNS)
+"""The columns of every record, beside the further ones in `extra`."""

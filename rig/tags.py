@@ -10,8 +10,11 @@ NOTE: Final = "note"
 """The run fact with a sentence or two about the session."""
 Tags = Mapping[str, str | int | float]
 MOST_TAGS: Final = 32
+"""Of one session."""
 LONGEST_TAG: Final = 200
+"""Characters of a tag's name or value."""
 LONGEST_NOTE: Final = 4000
+"""Characters of the note."""
 
 
 def check_tags(raw: Mapping[str, Any], where: str) -> dict[str, str | int | float]:

@@ -14,8 +14,10 @@ from drivers.io_process.lookup import find
 from drivers.io_process.mailbox import IoMailbox, LinkState, attach
 from rig.errors import DeviceLost, DevicePending
 
-LOOK_S: Final = 0.0005
+ALARM_LOOK_S: Final = 0.0005
+"""From one look at the mailbox to the next, s."""
 NOT_YET: Final = "the safe set-points are not confirmed yet"
+"""Why a `DevicePending` is raised."""
 _GONE_S: Final = 0.1
 """A killed I/O process lets go of its wire within milliseconds."""
 
@@ -63,7 +65,7 @@ def _alarmed(mailbox: IoMailbox, path: Path, resource: str, patience_s: float, s
     _let_go_on(mailbox)
     deadline = time.monotonic() + patience_s
     while (report := mailbox.report()).alarm_done < count and time.monotonic() < deadline:
-        time.sleep(LOOK_S)
+        time.sleep(ALARM_LOOK_S)
     if report.alarm_done >= count:
         return True
     if report.state is LinkState.ENDED:

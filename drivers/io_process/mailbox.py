@@ -24,8 +24,10 @@ from typing import Final, NamedTuple
 
 from rig.errors import DeviceLost
 
-MAX_OUTPUTS: Final = 4
+MAILBOX_OUTPUTS: Final = 4
+"""Places for set-points in a message; a rig drives two."""
 MAX_VALUES: Final = 8
+"""Places for readings in a message."""
 _TEXT_BYTES: Final = 480
 _START_NS: Final = 2_000_000_000
 """What the start of a process takes at most on a busy machine."""
@@ -134,7 +136,7 @@ class _Note:
         self.number.release()
 
 
-_ORDER = struct.Struct(f"<qBB{MAX_OUTPUTS}d")
+_ORDER = struct.Struct(f"<qBB{MAILBOX_OUTPUTS}d")
 _REPORT = struct.Struct(f"<qBBQQqQQQq{MAX_VALUES}d{MAX_VALUES}q?H{_TEXT_BYTES}s")
 _ORDER_AT: Final = 64
 _REPORT_AT: Final = 512
@@ -172,7 +174,7 @@ class IoMailbox:
 
     def post_order(self, stamp_ns: int, mode: OutputsMode, outputs: tuple[float, ...]) -> int:
         """Replace the order; returns its number."""
-        padded = (*outputs, *(0.0,) * (MAX_OUTPUTS - len(outputs)))
+        padded = (*outputs, *(0.0,) * (MAILBOX_OUTPUTS - len(outputs)))
         return self.order_note.put(stamp_ns, mode, len(outputs), *padded)
 
     def order(self) -> OwnerOrder:

@@ -13,7 +13,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Final
 
-from drivers.io_process.alarm import LOOK_S, NOT_YET, is_stopped, let_go_on
+from drivers.io_process.alarm import ALARM_LOOK_S, NOT_YET, is_stopped, let_go_on
 from drivers.io_process.lookup import find, path_for, remove_left, user_of
 from drivers.io_process.mailbox import IoMailbox, LinkState, OutputsMode, Report, Trip, create, mapped, remove
 from drivers.io_process.worker import WorkerSetup
@@ -133,7 +133,7 @@ class IoProcess:
                 why = report.text or self._last_words()
                 self.stop()
                 raise WatchdogTripped(why) if report.state is LinkState.TRIPPED else DeviceLost(why)
-            time.sleep(LOOK_S)
+            time.sleep(ALARM_LOOK_S)
         self.stop()
         raise DeviceLost(f"{self.resource}: the I/O process did not get its line within {_START_S:g} s")
 
@@ -218,7 +218,7 @@ class IoProcess:
         while (report := self._mailbox.report()).order_done < number and time.monotonic() < deadline:
             if self._process.poll() is not None:
                 break
-            time.sleep(LOOK_S)
+            time.sleep(ALARM_LOOK_S)
         if report.order_done >= number:
             return
         if report.state is LinkState.DOWN or not self.alive:

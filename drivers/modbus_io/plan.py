@@ -14,11 +14,13 @@ from rig.interfaces import Role
 
 VALVES: Final = (Role.VALVE_1, Role.VALVE_2)
 MONITORS: Final = (Role.MONITOR_1, Role.MONITOR_2)
+"""In the order of their places in the list of input numbers."""
 WIPER: Final = 2
 EXCITATION: Final = 3
 """Places in the list of input numbers: monitor 1, monitor 2, wiper, excitation; then the further channels in the order
 of the settings."""
 FIRST_FURTHER: Final = 4
+"""The place of the first further channel."""
 _INPUTS: Final = ("monitor_1", "monitor_2", "angle.wiper", "angle.excitation")
 """Places -> what they are called in the settings."""
 

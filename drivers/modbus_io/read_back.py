@@ -9,7 +9,7 @@ safe one is not believed any more.
 from collections.abc import Callable
 from typing import Final
 
-from drivers.modbus_io.stations import SAME, Numbers, Stations
+from drivers.modbus_io.stations import SAME_OUTPUT, Numbers, Stations
 from rig.errors import DeviceError, DeviceLost
 
 _CLEARLY: Final = 4
@@ -35,7 +35,9 @@ class OutputsShown:
         if self._shown:
             return
         low, high = stations.plan.outputs.counts
-        far = any(abs(number - self._safe[place]) > _CLEARLY * SAME * (high - low) for place, number in numbers.items())
+        far = any(
+            abs(number - self._safe[place]) > _CLEARLY * SAME_OUTPUT * (high - low) for place, number in numbers.items()
+        )
         self._owed_since_ns = (self._owed_since_ns or self._now_ns()) if far else 0
 
     @property

@@ -19,6 +19,7 @@ _SILENT: Final = 100
 _MOST_LEFT: Final = 4096
 """Bytes of late replies: a frame has 260."""
 DEVICE_FAILURE: Final = 4
+"""Exception code 4 of the Modbus protocol."""
 _REASONS: Final = {
     1: "it does not know this function",
     2: "it has no such register: wrong map, or wrong module",

@@ -12,7 +12,7 @@ from drivers.modbus_io.settings import ModbusSettings
 from rig.errors import DeviceError, DeviceLost, WatchdogTripped
 
 Numbers = dict[int, float]
-SAME: Final = 0.001
+SAME_OUTPUT: Final = 0.001
 """Of the range of an output: 0.5 kPa of 0.5 MPa."""
 _DISARMINGS: Final = 3
 """Attempts to stop the watchdog at the end: one exchange in a hundred may be lost on a bad line, not three in a row."""
@@ -151,7 +151,7 @@ class Stations:
         if found is None:
             return None
         low, high = self.plan.outputs.counts
-        return all(abs(found[place] - numbers[place]) <= SAME * (high - low) for place in self.plan.driven)
+        return all(abs(found[place] - numbers[place]) <= SAME_OUTPUT * (high - low) for place in self.plan.driven)
 
     def close(self, disarm: bool = True, get_ready: Callable[[], None] = lambda: None) -> None:
         """Let go; outputs stay, hence a watchdog that would change them is stopped first, unless they are not to

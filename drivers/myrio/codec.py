@@ -12,7 +12,9 @@ from dataclasses import dataclass
 from typing import Final
 
 VOLTS_A_B: Final = 1_220_703e-9
+"""V a count of the converters at connectors A and B: 0 to 5 V by 12 bits."""
 VOLTS_C: Final = 4_882_813e-9
+"""V a count of the converter at connector C: -10 to 10 V by 12 bits."""
 _NAME = re.compile(r"(AI|AO)\.([ABC])_([0-3])\.VAL")
 
 

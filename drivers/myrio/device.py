@@ -15,9 +15,11 @@ from rig.interfaces import NAN, Abilities, Clock, Device, DeviceContext, Measure
 from rig.sample import ABSENT_BY_ROLE, ANGLE_ABSENT, P1_ABSENT, P2_ABSENT
 
 PROBE_CALLS: Final = 200
+"""Calls of which `probe` tells the median and the 99th percentile."""
 RESCUE_SHARE: Final = 0.3
 """Of a period: how long `safe` waits for a new session before it says: not yet."""
 RESCUE_PATIENCE_S: Final = 3.0
+"""For the thread that opens a new session, when the device is closed, s."""
 UNFED_PERIODS: Final = 3
 """Since the last heartbeat for the FPGA's watchdog: who ticks feeds it in each."""
 

@@ -9,7 +9,7 @@ from typing import Final
 from rig.app.terminal import say
 from rig.realtime.safe_state import NOT_SAFE
 
-PATIENCE_S: Final = 60.0
+TRYING_ON_S: Final = 60.0
 """A plug that is put back, a module or a gateway that starts anew, is there again within a minute. Somebody or a script
 waits for the command's end to do something about a rig that is not safe, and is told of no end before."""
 ALONE_S: Final = 300.0
@@ -44,7 +44,7 @@ class TryingOn:
         say(
             f"{NOT_SAFE}: the device does not take the safe state. It is written as soon as the device is back, "
             f"{p1_mpa:g} and {p2_mpa:g} MPa: keep clear of the joint, or open the dump valve. Tried for "
-            f"{PATIENCE_S:g} s, Ctrl-C gives it up",
+            f"{TRYING_ON_S:g} s, Ctrl-C gives it up",
             _BAD,
         )
         while True:
@@ -55,11 +55,11 @@ class TryingOn:
                 return f"; given up by Ctrl-C or a signal after {took_s:.0f} s of trying"
             if other := self.elsewhere():
                 return f"; given up after {took_s:.0f} s of trying, for {other}"
-            if took_s > PATIENCE_S:
+            if took_s > TRYING_ON_S:
                 return f"; given up after {took_s:.0f} s of trying"
             if self.now_s() - said_s >= _SAY_S:
                 said_s = self.now_s()
-                left_s = PATIENCE_S - took_s
+                left_s = TRYING_ON_S - took_s
                 say(f"{NOT_SAFE}: tried for {took_s:.0f} s; for {left_s:.0f} s more, or until Ctrl-C", _BAD)
             attempt()
             self.wait(_LOOK_S)

@@ -39,6 +39,7 @@ _SOONER: Final = 10
 """By this part of a period the supervisor's patience ends before the tick that would prove it right: it is not to wait
 for the whole next one when it wakes late."""
 ABOVE_THE_LOOP: Final = 5
+"""Steps of SCHED_FIFO priority: who watches the loop must run while it spins."""
 _MOST_PRIORITY: Final = 99
 _LOOKS_NS: Final = 2_000_000_000
 """Who tries beats between two attempts."""

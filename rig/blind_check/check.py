@@ -16,7 +16,7 @@ from rig.blind_check.experiments import figures_by_experiments
 from rig.blind_check.folder import MODEL_FILES, CheckFolder, read_json, read_truth, require_answers, write_json
 from rig.blind_check.follow_up import carry_out, rounds_of
 from rig.blind_check.generate import BenchCases, make_unit, open_labels
-from rig.blind_check.modes import MODES, ROUNDS
+from rig.blind_check.modes import MODES, MOST_FOLLOW_UPS
 from rig.blind_check.row import Row, Scored, facts_of, read_scored, truth_of
 from rig.blind_check.sandbox import LAYERS
 from rig.blind_check.score import realised, score_mode
@@ -30,7 +30,7 @@ CHUNK: Final = 10
 """Questions an answering process is started for when the steps are done apart."""
 
 
-def make_answer_score(unit: BenchCases, keep: bool = False, rounds: int = ROUNDS) -> int:
+def make_answer_score(unit: BenchCases, keep: bool = False, rounds: int = MOST_FOLLOW_UPS) -> int:
     """All three steps for one unit; returns how many cases it has. Records are removed when scored unless `keep`."""
     make_unit(unit)
     answer_cases(str(unit.folder.questions), str(unit.folder.answers), unit.tokens)
@@ -49,7 +49,7 @@ def answer_chunk(folder: CheckFolder, tokens: Sequence[str]) -> int:
     return len(tokens)
 
 
-def score_unit(unit: BenchCases, rounds: int = ROUNDS) -> int:
+def score_unit(unit: BenchCases, rounds: int = MOST_FOLLOW_UPS) -> int:
     """Recommended experiments, at most so many `rounds`, and scores of a unit's cases; returns how many. RecordError
     where one is not answered."""
     labels = dict(zip(unit.tokens, unit.labels, strict=True))

@@ -24,7 +24,7 @@ from rig.blind_check.folder import (
     write_day,
     write_json,
 )
-from rig.blind_check.modes import MODES, ROUNDS
+from rig.blind_check.modes import MODES, MOST_FOLLOW_UPS
 from rig.blind_check.row import Facts, Round, Row, Truth
 from rig.blind_check.score import score_mode
 from rig.blind_check.source import Commands, Label, Source
@@ -33,9 +33,10 @@ from rig.excite.experiment import expand, load_sweep
 from rig.excite.setpoints import around
 
 PERIOD_NS: Final = 5_000_000
+"""Of the set-points of an experiment that an answer asks for, ns: 5 ms, the loop's usual period."""
 
 
-def carry_out(source: Source, folder: CheckFolder, labels: Mapping[str, Label], rounds: int = ROUNDS) -> None:
+def carry_out(source: Source, folder: CheckFolder, labels: Mapping[str, Label], rounds: int = MOST_FOLLOW_UPS) -> None:
     """Make and answer the further questions of those cases whose last answer recommended an experiment; none where
     nothing can be recorded anew."""
     for number in range(1, rounds + 1 if source.can_repeat else 1):
@@ -74,7 +75,7 @@ def commands_of(config: Any) -> Commands:
 def rounds_of(folder: CheckFolder, token: str, truth: Truth, facts: Facts) -> dict[str, list[Round]]:
     """Mode by mode the scored answers after each further experiment, with what that had promised."""
     found: dict[str, list[Round]] = {}
-    for number in range(1, ROUNDS + 1):
+    for number in range(1, MOST_FOLLOW_UPS + 1):
         answered = _round(folder, number).answer(token)
         if not answered.exists():
             break

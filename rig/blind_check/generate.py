@@ -193,12 +193,12 @@ def without_fingerprint(model: Model) -> Model:
 def nominal_model(records: Sequence[Record], p0_mpa: float) -> Model:
     """A MBW from measured pressures with regulators (from commands where none were measured), by the swarm of Table II
     with an early stop."""
-    from rig.identify.fit import Settings, identify
+    from rig.identify.fit import SearchSettings, identify
     from rig.identify.records.data import RecordOptions
     from rig.identify.templates import Template, template_model
     from rig.model.parameters import Input
 
     drive = Input.PRESSURE if all(record.has_pressures for record in records) else Input.COMMAND
     start = template_model(Template(drive=drive, p0_mpa=p0_mpa, free_offset=True, mean_exponent=1.0))
-    settings = Settings(seeds=(1,), patience=60, bounded=False, workers=1)
+    settings = SearchSettings(seeds=(1,), patience=60, bounded=False, workers=1)
     return identify(records, start, settings, RecordOptions(resample=True)).model

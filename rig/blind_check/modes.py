@@ -9,9 +9,10 @@ from dataclasses import dataclass
 from typing import Any, Final
 
 ALL_DAYS: Final = 99
+"""More than a case has."""
 OWN, BARE, SISTER = "own", "bare", "sister"
 """The unit's own model file, the same without its fingerprint, and one that was made for a sister."""
-ROUNDS: Final = 2
+MOST_FOLLOW_UPS: Final = 2
 """Experiments that an answer may ask for, one after the other."""
 DAYS, SISTERS = "days", "sisters"
 """What a gap is measured by: what healthy days differ by, or what rigs of one build do."""

@@ -18,6 +18,7 @@ from rig.record import Column, Record
 NOTICED: Final = 0.02
 """A change below this share of the signal's own spread goes unnoticed."""
 MAX_LAG_S: Final = 0.2
+"""Lags are tried up to here, s."""
 
 
 def naive_answers(

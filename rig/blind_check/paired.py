@@ -10,7 +10,7 @@ from typing import Any, Final
 from rig.blind_check.folder import CheckFolder
 from rig.blind_check.generate import open_labels
 from rig.blind_check.rates import Rate
-from rig.blind_check.row import CLEAR, CaseKind, Row, Scored, read_scored
+from rig.blind_check.row import CLEAR_GAP, CaseKind, Row, Scored, read_scored
 from rig.errors import RecordError
 
 Pair = tuple[Row, Row]
@@ -22,7 +22,7 @@ def _nameable(row: Row) -> bool:
 
 FIGURES: Final[Mapping[str, tuple[Callable[[Row], bool], Callable[[Row], object]]]] = {
     "healthy days left alone": (lambda row: not row.has_cause, lambda row: not row.detected),
-    "detected, 1 to 3 floors": (lambda row: row.has_cause and 1.0 <= row.ratio < CLEAR, lambda row: row.detected),
+    "detected, 1 to 3 floors": (lambda row: row.has_cause and 1.0 <= row.ratio < CLEAR_GAP, lambda row: row.detected),
     "detected, from 3 floors": (lambda row: row.has_cause and row.is_clear, lambda row: row.detected),
     "exact name first": (_nameable, lambda row: row.exact),
     "truth in the set": (_nameable, lambda row: row.in_set),

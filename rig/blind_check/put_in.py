@@ -12,17 +12,16 @@ import numpy as np
 from numpy.random import Generator
 
 from rig.errors import RecordError
-from rig.record import Column, Record
+from rig.record import MEASURED_COLUMNS, Column, Record
 
 Put = Callable[[Record, float, Generator], Record]
-MEASURED: Final = ("p1_mpa", "p2_mpa", "angle_deg")
 RAIL_BELOW: Final = 0.5
 """A fallen sample reads so many spans below the lowest angle."""
 WAVES: Final = 3.0
 """Turns of the error of a magnet that does not sit in the middle, over the span of the angle."""
 BURSTS: Final = 8
 """Times a buffer is late in one record."""
-FINE: Final = 50
+LAG_STEPS: Final = 50
 """Steps between two rows in which a lag is computed, along straight lines."""
 
 
@@ -60,7 +59,9 @@ def late(record: Record, delay_s: "float | Column") -> Record:
     """All that was measured, as it was `delay_s` before: one number (s), or (n,) a delay for each row."""
     t = record.t_s - delay_s
     shifted = {
-        name: np.interp(t, record.t_s, column) for name in MEASURED if (column := getattr(record, name)) is not None
+        name: np.interp(t, record.t_s, column)
+        for name in MEASURED_COLUMNS
+        if (column := getattr(record, name)) is not None
     }
     return replace(record, **shifted)
 
@@ -70,10 +71,10 @@ def lagging(angle: Column, tau_s: float, period_s: float) -> Column:
     samples."""
     from scipy.signal import lfilter
 
-    steps, keep = len(angle), float(np.exp(-period_s / FINE / tau_s))
-    straight = np.interp(np.arange(steps * FINE) / FINE, np.arange(steps), angle)
+    steps, keep = len(angle), float(np.exp(-period_s / LAG_STEPS / tau_s))
+    straight = np.interp(np.arange(steps * LAG_STEPS) / LAG_STEPS, np.arange(steps), angle)
     behind = np.asarray(lfilter([1.0 - keep], [1.0, -keep], straight - angle[0]))
-    lagged: Column = behind[::FINE] + angle[0]
+    lagged: Column = behind[::LAG_STEPS] + angle[0]
     return lagged
 
 

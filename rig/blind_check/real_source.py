@@ -28,10 +28,10 @@ from rig.gap.records.usable import reasons, usable
 from rig.model.resample import is_regular
 from rig.record import MAIN_COLUMNS, Column, Record
 
-SHARES: Final = {CaseKind.NONE: 0.30, CaseKind.FOREIGN: 0.15, CaseKind.PAIR: 0.15}
+CASE_SHARES: Final = {CaseKind.NONE: 0.30, CaseKind.FOREIGN: 0.15, CaseKind.PAIR: 0.15}
 """Of all cases, as for the plants; the rest are single effects."""
-RATIOS: Final = (0.6, 12.0)
-CLEAR: Final = (3.0, 10.0)
+SINGLE_RATIOS: Final = (0.6, 12.0)
+MULTIPLE_RATIOS: Final = (3.0, 10.0)
 """Gap over floor, drawn evenly in its logarithm: of single effects; of each of a pair and of effects of no library."""
 DAY_SHARE: Final = 0.01
 """What days differ by where one session is all there is, as a share of the angle's rms: the plants' days differ by 0.5
@@ -40,7 +40,7 @@ KEPT: Final = 3
 """Every third record is kept from all diagnoses where a session has as many, ..."""
 GIVEN: Final = 0.7
 """... else the last part of each: this share is given."""
-TURNS: Final = 24
+SIZE_HALVINGS: Final = 24
 """Halvings in the search of a size: to a part in ten millions of its range's logarithm."""
 LEAST_READINGS: Final = 2
 """Days beside which the held-back records are scored."""
@@ -85,7 +85,7 @@ class RecordsSource:
 
     def sheet(self, seed: int, cases: int) -> list[Label]:
         random, count = Random(f"records by {seed}"), len(_sessions(self.folder))
-        kinds = [kind for kind, share in SHARES.items() for _ in range(round(share * cases))]
+        kinds = [kind for kind, share in CASE_SHARES.items() for _ in range(round(share * cases))]
         kinds += [CaseKind.SINGLE] * (cases - len(kinds))
         drawn = {kind: _endless(random, _of_kind(kind)) for kind in CaseKind}
         labels = [self._label(seed, number, kind, next(drawn[kind]), random) for number, kind in enumerate(kinds)]
@@ -93,7 +93,7 @@ class RecordsSource:
         return [label | {"held": number % count} for number, label in enumerate(labels)]
 
     def _label(self, seed: int, number: int, kind: CaseKind, effects: Sequence[str], random: Random) -> Label:
-        low, high = np.log(RATIOS if kind is CaseKind.SINGLE else CLEAR)
+        low, high = np.log(SINGLE_RATIOS if kind is CaseKind.SINGLE else MULTIPLE_RATIOS)
         return {
             "kind": kind.value, "effects": list(effects), "seed": seed, "number": number, "family": self.folder.name,
             "baselines": max(len(_sessions(self.folder)) - 1, 1), "against": "days",
@@ -256,7 +256,7 @@ def _ratio(day: RecordedDay, whole: RecordedDay, held: Held) -> float:
 def _size_for(law: PutIn, sign: int, wanted: float, held: Held, seed: int) -> float:
     """The size whose gap is `wanted` floors, or the largest there may be."""
     low, high = np.log(law.bounds(held.span_deg))
-    for _ in range(TURNS):
+    for _ in range(SIZE_HALVINGS):
         middle = 0.5 * (low + high)
         more = _ratio(_put(law, sign * float(np.exp(middle)), held.day, seed), held.day, held) < wanted
         low, high = (middle, high) if more else (low, middle)

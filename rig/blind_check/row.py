@@ -19,7 +19,7 @@ from rig.blind_check.modes import SISTERS
 from rig.errors import RecordError
 
 T = TypeVar("T")
-CLEAR: Final = 3.0
+CLEAR_GAP: Final = 3.0
 """Gap over floor from which on the goals hold."""
 SIZED: Final = 0.95
 """How closely a size meets its wanted ratio."""
@@ -159,7 +159,7 @@ class Row:
     @property
     def is_clear(self) -> bool:
         """So large that the goals hold."""
-        return self.ratio >= CLEAR
+        return self.ratio >= CLEAR_GAP
 
     @property
     def is_nameable(self) -> bool:
@@ -169,7 +169,7 @@ class Row:
     @property
     def is_sized_pair(self) -> bool:
         """Two effects of which each by itself is clear."""
-        return self.kind is CaseKind.PAIR and self.weakest is not None and self.weakest >= SIZED * CLEAR
+        return self.kind is CaseKind.PAIR and self.weakest is not None and self.weakest >= SIZED * CLEAR_GAP
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,8 @@ from rig.blind_check.row import CaseKind, Row
 from rig.gap.hypotheses.library import NONE
 
 RATIO_EDGES: Final = (0.0, 1.0, 2.0, 3.0, 5.0, 100.0)
-SAME: Final = 0.01
+"""Gap over floor at which the classes of the table begin and end."""
+NEARLY_ALL: Final = 0.01
 """Nearer to all than this is all."""
 CLOSE: Final = 0.05
 """Predicted and realised explained fraction agree within this."""
@@ -98,7 +99,7 @@ def _closing_figures(single: Sequence[Row]) -> dict[str, Any]:
 def _holds(stated: tuple[float, float], realised: float) -> bool:
     """The stated interval of the explained fraction holds the realised one; nobody is asked for more than all of it."""
     low, high = stated
-    return bool(low <= min(realised, 1.0) <= max(high, 1.0 if high > 1.0 - SAME else high))
+    return bool(low <= min(realised, 1.0) <= max(high, 1.0 if high > 1.0 - NEARLY_ALL else high))
 
 
 def _detected(row: Row) -> bool:

@@ -77,14 +77,14 @@ def rig_option(words: str) -> Callable[[F], F]:
 def clock_option(command: F) -> F:
     """`--clock real|virtual`, of a command that runs a rig."""
     kinds = click.Choice(["real", "virtual"])
-    told = "Virtual: as fast as it can."
-    return click.option("--clock", type=kinds, default="real", show_default=True, help=told)(command)
+    help_text = "Virtual: as fast as it can."
+    return click.option("--clock", type=kinds, default="real", show_default=True, help=help_text)(command)
 
 
 def force_option(verb: str) -> Callable[[F], F]:
     """`--force`, of a command that moves a real rig."""
-    told = "on real hardware although real-time measures were denied, or the watchdog of a device takes too long."
-    return click.option("--force", is_flag=True, help=f"{verb} {told}")
+    help_text = "on real hardware although real-time measures were denied, or the watchdog of a device takes too long."
+    return click.option("--force", is_flag=True, help=f"{verb} {help_text}")
 
 
 def model_option(command: Callable[..., None]) -> Callable[..., None]:

@@ -22,7 +22,7 @@ __all__ = [
 ]  # fmt: skip
 
 T = TypeVar("T")
-MOST_BYTES = 4 * 1024 * 1024
+MOST_CONFIG_BYTES = 4 * 1024 * 1024
 """No config is longer; what is, was meant for another program."""
 
 
@@ -64,7 +64,7 @@ def parse_yaml(text: str, path: Path) -> object:
         raise ConfigError(f"{path}: not valid YAML: nested too deeply") from None
 
 
-def read_text(path: Path, most_bytes: int = MOST_BYTES) -> str:
+def read_text(path: Path, most_bytes: int = MOST_CONFIG_BYTES) -> str:
     """What stands in a file of text; ConfigError, one line, when it cannot be read or is longer than that."""
     try:
         return _text(path, most_bytes)

@@ -19,7 +19,7 @@ MISSED_SHARE: Final = 0.05
 MISSED_DEG: Final = 1.0
 """A reference whose inverse stands at the envelope's edge and misses by more than both (of its peak, and in degrees)
 cannot be followed."""
-AMPLITUDE_MPA: Final = 0.2
+INVERSION_AMPLITUDE_MPA: Final = 0.2
 """Size at which the plant is made linear for the inversion; the iteration corrects the rest."""
 _HALVINGS: Final = 7
 
@@ -46,7 +46,7 @@ class Inverter:
 
     def __init__(self, plant: Plant, box: DpBounds) -> None:
         self._plant, self._box = plant, box
-        self._response: FrequencyResponse = best_linear_approximation(plant, AMPLITUDE_MPA)
+        self._response: FrequencyResponse = best_linear_approximation(plant, INVERSION_AMPLITUDE_MPA)
 
     def feedforward(self, plan: RunPlan) -> FeedForward:
         """The plan with it; EnvelopeError, with what can be followed, when the reference asks too much."""

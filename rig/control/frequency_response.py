@@ -16,6 +16,8 @@ from rig.record import Column
 
 Response = NDArray[np.complex128]
 PERIOD_TICKS: Final = 4096
+"""Of one period of the multisine: 20 s at 5 ms, so that its lowest line is 0.05 Hz. More: lower and finer lines, and a
+longer simulation."""
 PHASES: Final = 4
 """Draws of the phases that are averaged."""
 CORNER_HZ: Final = 1.0
@@ -23,7 +25,9 @@ CORNER_HZ: Final = 1.0
 SMOOTHED: Final = 0.06
 """Lines within this share of a frequency are averaged: between them nothing changes but the distortion."""
 POINTS: Final = 1000
-SEED: Final = 5
+"""Frequencies, even in their logarithm, on which margins are looked for. More: slower."""
+PHASES_SEED: Final = 5
+"""Fixed, so that one model gives one response."""
 
 
 @dataclass(frozen=True)
@@ -45,7 +49,7 @@ def best_linear_approximation(plant: Plant, amplitude_mpa: float) -> FrequencyRe
     """The response under multisines whose sum has the peak `amplitude_mpa`; ModelError when the model diverges."""
     lines = np.arange(1, PERIOD_TICKS // 2, 2)
     frequency = lines / (PERIOD_TICKS * plant.period_s)
-    random = np.random.default_rng(SEED)
+    random = np.random.default_rng(PHASES_SEED)
     cross, power = np.zeros(len(lines), dtype=np.complex128), np.zeros(len(lines))
     for _ in range(PHASES):
         u = _multisine(lines, frequency, random)

@@ -19,10 +19,11 @@ from rig.control.frequency_response import FrequencyResponse
 from rig.control.plant import Plant
 from rig.record import Column
 
-ITERATIONS: Final = 60
-LEAST_GAIN: Final = 0.02
+MOST_ITERATIONS: Final = 60
+"""Iterations at most, where LAST_ITERATIONS did not end them before."""
+LEAST_IMPROVEMENT: Final = 0.02
 """An iteration that makes the rms error smaller by less than this share is one of the last."""
-PATIENCE: Final = 4
+LAST_ITERATIONS: Final = 4
 """So many of these in a row are the end."""
 REGULARISED: Final = 0.05
 """mu over the gain at low frequency: where the plant answers with less than this, it is not inverted."""
@@ -95,18 +96,18 @@ def invert(
     u = np.zeros(len(whole))
     error = whole - plant.angle_deg(u)
     step, idle, done = 1.0, 0, 0
-    for _ in range(ITERATIONS):
+    for _ in range(MOST_ITERATIONS):
         done += 1
         tried = box.clipped(u + step * filtered(error))
         left = whole - plant.angle_deg(tried)
         gained = 1.0 - rms(left) / max(rms(error), 1e-12)
-        idle = 0 if gained > LEAST_GAIN else idle + 1
+        idle = 0 if gained > LEAST_IMPROVEMENT else idle + 1
         if gained > 0.0:
             u, error = tried, left
             step = min(1.0, 1.5 * step)
         else:
             step *= 0.5
-        if idle >= PATIENCE:
+        if idle >= LAST_ITERATIONS:
             break
     return Inverse(u[:n], error[:n], done)
 

@@ -5,7 +5,7 @@ from typing import Final
 
 import numpy as np
 
-from rig.columns import filled_in, rms
+from rig.columns import filled_in, rms, vertex_offset
 from rig.errors import RecordError
 from rig.record import Column
 
@@ -48,8 +48,4 @@ def lag_s(angle_deg: Column, reference_deg: Column, period_s: float) -> float:
     lags = np.arange(-most, most + 1)
     left = np.array([np.var(inner - reference_deg[most - lag : len(reference_deg) - most - lag]) for lag in lags])
     best = int(np.argmin(left))
-    if 0 < best < len(lags) - 1:
-        before, at, after = left[best - 1 : best + 2]
-        bend = before - 2.0 * at + after
-        return float((lags[best] + (0.5 * (before - after) / bend if bend > 0.0 else 0.0)) * period_s)
-    return float(lags[best] * period_s)
+    return float((lags[best] + vertex_offset(left, best)) * period_s)

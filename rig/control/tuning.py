@@ -31,6 +31,7 @@ LATER_S: Final = 0.04
 """Further dead time that the bound holds for as well: a rig whose regulators have become slow is to stay stable under
 the gains of its good days. Without this, physics rigs with 30 ms more lag swung at their limits."""
 INTEGRAL_TIMES_S: Final = (0.0, 0.01, 0.02, 0.03, 0.05, 0.07, 0.1, 0.15, 0.2, 0.3, 0.5, 0.8)
+"""Kp over Ki, s, of which the best is taken; 0: an integral alone. More: a finer choice, and slower."""
 _LOWEST, _HIGHEST, _HALVINGS = 1e-5, 1.0, 40
 _DIGITS = 3
 """Of a gain: more say nothing about a rig."""

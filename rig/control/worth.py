@@ -21,7 +21,7 @@ from rig.model.resample import on_clock
 from rig.model.simulation import simulate
 from rig.record import Column, Record
 
-AMPLITUDE_MPA: Final = 0.1
+ERROR_AMPLITUDE_MPA: Final = 0.1
 """Size at which the plant is made linear, MPa: what the loop leaves of an error is that of a linear plant."""
 
 
@@ -42,7 +42,7 @@ def worth(before: Model, after: Model, records: Sequence[Record], gains: ClosedL
     """Both simulators on the records (with a measured angle), put onto their own clock, under a feedback with these
     gains on the better one. ModelError when one diverges."""
     plant = plant_of(after, after.p0_mpa, round(after.sample_time_s * 1e9))
-    response = best_linear_approximation(plant, AMPLITUDE_MPA)
+    response = best_linear_approximation(plant, ERROR_AMPLITUDE_MPA)
     even = [on_clock(record, after.sample_time_s) for record in records]
     left = [
         rms(np.concatenate([mended(_missed(model, record), response, gains) for record in even]))

@@ -42,9 +42,10 @@ TICKS_PER_CYCLE = 4
 LEAST_ZERO_TICKS = 10
 """Of a run that closes the loop: its error counts from the zero that is taken there."""
 MOST_SWEEP_BYTES = 256 * 1024
+"""Of a sweep's YAML; a longer file is none."""
 MOST_RECORDS = 20_000
 """Of one sweep: two days of records of ten seconds."""
-MOST_TICKS = 20_000_000
+MOST_SWEEP_TICKS = 20_000_000
 """Of all different waveforms of a sweep together: a day at 5 ms and some more, 160 MB."""
 MOST_NAME_BYTES = 200
 """Of a record: 255 are what a disk takes, and a file that is being written or was stopped adds to its name."""
@@ -266,15 +267,15 @@ def _product(settings: object) -> Iterator[object]:
 def expand(sweep: Sweep, period_ns: int, made: "Waves | None" = None) -> list[RunPlan]:
     """Every run of the sweep on a grid of `period_ns`, in order. ConfigError when the grid is too coarse for a signal.
 
-    Also when all its waveforms together would be more than MOST_TICKS, before one is made. `made`: waveforms of other
-    sweeps on this grid, which need not be made again; it is added to.
+    Also when all its waveforms together would be more than MOST_SWEEP_TICKS, before one is made. `made`: waveforms of
+    other sweeps on this grid, which need not be made again; it is added to.
     """
     lengths = {(entry.signal, _ticks(entry.timing.duration_s, period_ns, 1)) for entry in sweep.entries}
     total = sum(ticks for _, ticks in lengths)
-    if total > MOST_TICKS:
+    if total > MOST_SWEEP_TICKS:
         hours = total * period_ns / 3.6e12
         raise ConfigError(
-            f"{sweep.name}: its waveforms last {hours:.1f} h together, {total} ticks; at most {MOST_TICKS} ticks"
+            f"{sweep.name}: its waveforms last {hours:.1f} h together, {total} ticks; at most {MOST_SWEEP_TICKS} ticks"
         )
     for entry in sweep.entries:
         _check_grid(sweep.name, entry.signal, period_ns)

@@ -129,7 +129,7 @@ third effect is found more often."""
 ABOVE_FLOOR = 1.2
 """A gap counts as above the floor from this ratio on; below it, what is explained is counted from zero, and something
 unknown, by itself or beside a name, is a note. More: less is said to be unknown, or only partly explained."""
-FAR = 3.0
+LARGE_GAP = 3.0
 """Floors from which on a gap is large, whatever is found: what closes nothing of one does not explain it; beside a
 simulator nothing is no answer to one, and a name that leaves one is not all there is; a model that misses the healthy
 rig by as much is worth a line. More: a valve's fault passes for all that is wrong, and what nobody knows for what

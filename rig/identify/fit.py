@@ -35,6 +35,7 @@ _TERM_SHARE = 0.8
 """The search keeps within this share of the verdict's limit, so that what lies between its few excitations fits in
 too."""
 _POLISH_ROUNDS = 100
+"""Iterations of a polish at most, by which its share of the budget is told."""
 _POLISH_ROWS = 4000
 """About how many rows a polish looks at: neighbours 5 ms apart say the same of a joint that takes 0.1 s to move."""
 _AGAIN_EVALUATIONS = 12_000
@@ -47,8 +48,8 @@ _ROUNDS = 3
 
 
 @dataclass(frozen=True)
-class Settings:
-    """How to search."""
+class SearchSettings:
+    """How the free parameters are searched: optimiser, seeds, budget, and whether the model must stay bounded."""
 
     optimizer: str = "pso"
     seeds: tuple[int, ...] = (1, 2, 3)
@@ -102,7 +103,7 @@ Report = Callable[[str, float, float], None]
 def identify(
     records: Sequence[Record],
     start: Model,
-    settings: Settings,
+    settings: SearchSettings,
     options: RecordOptions | None = None,
     report: Report | None = None,
 ) -> Identified:
@@ -178,7 +179,7 @@ def _model_and_scores(
     rmse: float,
     verdict: StabilityVerdict,
     data: Sequence[Prepared],
-    settings: Settings,
+    settings: SearchSettings,
     start: Model,
 ) -> tuple[Model, list[Score]]:
     """The model with what belongs into its file, and its score on every record."""
@@ -226,7 +227,7 @@ def _poor(data: Sequence[Prepared], scores: Sequence[Score], rmse_deg: float) ->
 class _Task:
     """The searches over one set of records."""
 
-    def __init__(self, data: Sequence[Prepared], start: Model, settings: Settings, report: Report | None) -> None:
+    def __init__(self, data: Sequence[Prepared], start: Model, settings: SearchSettings, report: Report | None) -> None:
         self._data, self._start, self._settings, self._report = data, start, settings, report
         self._given_up = False
         self.space = Space(start)
@@ -347,7 +348,7 @@ def _valves(records: Sequence[Record], start: Model) -> ValveFit | None:
     return identify_valves(records, start.sample_time_s, start.p0_mpa)
 
 
-def _valid(data: Sequence[Prepared], settings: Settings, verdict: StabilityVerdict, start: Model) -> ValidRange:
+def _valid(data: Sequence[Prepared], settings: SearchSettings, verdict: StabilityVerdict, start: Model) -> ValidRange:
     """The sweep range where the model is bounded over it, else only what the records excite."""
     if verdict.bounded:
         sweep = settings.sweep

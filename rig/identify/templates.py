@@ -10,8 +10,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from rig.conditions import commanded_rest
 from rig.config import suggest
 from rig.errors import ModelError
+from rig.identify.records.rest import REST_DIGITS, measured_rest
 from rig.identify.response.response_fit import MOST_EXPONENT
 from rig.model.parameters import KINDS, Input, Model, MuscleModel, Parameter, StageKind, StageModel
 from rig.record import Record
@@ -24,6 +26,8 @@ _GAIN_DEG = 40.0
 """g of the paper's rig, deg per unit of u: where no record moves both command and angle."""
 _P0_MPA = 0.2
 """The paper's."""
+_COMMANDED_DIGITS = 6
+"""A commanded P0 is kept to 1 Pa: what is left is the rounding of its set-points."""
 _XI, _PHI = 2.0, 2.0
 _XI2, _PHI2 = 20.0, 50.0
 """Bounds of xi1 / (g D), phi1 / D, xi2 / (g D), phi2 / D, the last two at a sample time of 5 ms."""
@@ -102,13 +106,12 @@ def input_gain(records: list[Record], u_unit_mpa: float) -> float:
 
 
 def template_rest(records: list[Record]) -> float:
-    """P0 (MPa) of a template: what the records say, else the mean of both muscles' pressures, else the paper's."""
-    for record in records:
-        if record.facts.get("p0_mpa") is not None:
-            return float(record.facts["p0_mpa"])
-        for first, second in ((record.p1_cmd_mpa, record.p2_cmd_mpa), (record.p1_mpa, record.p2_mpa)):
-            if first is not None and second is not None and np.isfinite(first + second).any():
-                return round(float(np.nanmean(0.5 * (first + second))), 2)
+    """P0 (MPa) of a template: of the first record that says its own, else that of the first by its measured pressures,
+    else the paper's."""
+    for rest, digits in ((commanded_rest, _COMMANDED_DIGITS), (measured_rest, REST_DIGITS)):
+        for record in records:
+            if (found := rest(record)) is not None:
+                return round(found, digits)
     return _P0_MPA
 
 

@@ -94,10 +94,10 @@ class ComparedPair:
     def to_json(self) -> dict[str, Any]:
         """One entry of `records`."""
         others = {name: vars(each) for name, each in self.own_differences.items()}
-        told: dict[str, Any] = {"record": self.name, "a": _place(self.a), "b": _place(self.b), "rows": len(self.a)}
+        plain: dict[str, Any] = {"record": self.name, "a": _place(self.a), "b": _place(self.b), "rows": len(self.a)}
         angle = self.angle
         found = {"shift_s": self.shift_s, "rmse_deg": angle.rms, "max_deg": angle.max, "mean_deg": angle.mean}
-        return {**told, **own_plain(found, self.channels), "columns": others}
+        return {**plain, **own_plain(found, self.channels), "columns": others}
 
 
 @dataclass(frozen=True)
@@ -139,10 +139,10 @@ class Comparison:
 
     def to_json(self) -> dict[str, Any]:
         """The result of the command."""
-        told = own_plain({"rmse_deg": self.rmse_deg, "max_deg": self.max_deg}, self.channels)
-        told |= {"only_a": self.only_a, "only_b": self.only_b}
+        plain = own_plain({"rmse_deg": self.rmse_deg, "max_deg": self.max_deg}, self.channels)
+        plain |= {"only_a": self.only_a, "only_b": self.only_b}
         maps = {} if self.channels.has_valves else {FACT: self.channels.plain()}
-        return {"records": [pair.to_json() for pair in self.pairs], **told, **maps}
+        return {"records": [pair.to_json() for pair in self.pairs], **plain, **maps}
 
 
 def compare(a: Sequence[Record], b: Sequence[Record]) -> Comparison:

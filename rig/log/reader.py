@@ -289,8 +289,8 @@ def is_complete(path: Path) -> bool:
     return True
 
 
-def _warn(said: object) -> None:
-    _LOG.warning("%s", ascii(str(said))[1:-1])  # a name may hold anything, and this may go to a terminal
+def _warn(message: object) -> None:
+    _LOG.warning("%s", ascii(str(message))[1:-1])  # a name may hold anything, and this may go to a terminal
 
 
 def _read_file(path: Path, phases: Iterable[Phase] | None, *, complete_only: bool = False) -> list[Record]:

@@ -75,18 +75,18 @@ def is_held_up(miss: Miss, stalls: Iterable[Stall]) -> bool:
 
 def judge(place: Place, accounts: Sequence[Account], records: Sequence[Recorded], not_valid: int) -> dict[str, Any]:
     """The result: what of `not_valid` records and of the periods missed in `records` the machine is to blame for."""
-    heard = [one for one in accounts if one.core in place.cores]
-    why_not = _why_not(place, heard)
+    loop_accounts = [one for one in accounts if one.core in place.cores]
+    why_not = _why_not(place, loop_accounts)
     misses = [miss for record in records for miss in record.misses]
-    excused = {miss for miss in misses if not why_not and any(is_held_up(miss, one.stalls) for one in heard)}
+    excused = {miss for miss in misses if not why_not and any(is_held_up(miss, one.stalls) for one in loop_accounts)}
     forgiven = sum(
         1 for record in records if record.misses and not record.blemished and excused.issuperset(record.misses)
     )
-    lengths_ns = [stall.until_ns - stall.due_ns for one in heard for stall in one.stalls]
+    lengths_ns = [stall.until_ns - stall.due_ns for one in loop_accounts for stall in one.stalls]
     return {
         "cores": sorted(place.cores),
         "rig_priority": place.priority,
-        "witness_priority": min((one.priority for one in heard), default=0),
+        "witness_priority": min((one.priority for one in loop_accounts), default=0),
         "nothing_excused_because": why_not,
         "stalls": len(lengths_ns),
         "longest_stall_ms": max(lengths_ns, default=0) / 1e6,
@@ -94,28 +94,28 @@ def judge(place: Place, accounts: Sequence[Account], records: Sequence[Recorded]
         "missed_in_stalls": sum(miss.periods for miss in excused),
         "not_valid": not_valid,
         "not_valid_otherwise": max(not_valid - forgiven, 0),
-        "misses": [_plain(miss, heard, miss in excused) for miss in misses],
+        "misses": [_plain(miss, loop_accounts, miss in excused) for miss in misses],
     }
 
 
-def _plain(miss: Miss, heard: Sequence[Account], in_stall: bool) -> dict[str, Any]:
+def _plain(miss: Miss, loop_accounts: Sequence[Account], in_stall: bool) -> dict[str, Any]:
     """One miss for whoever looks for its reason."""
     return {
         "due_ns": miss.due_ns,
         "periods": miss.periods,
         "late_ms": (miss.woken_ns - miss.due_ns) / 1e6,
-        "witness_held_ms": max((held_ns(miss, one.stalls) for one in heard), default=0) / 1e6,
+        "witness_held_ms": max((held_ns(miss, one.stalls) for one in loop_accounts), default=0) / 1e6,
         "in_stall": in_stall,
     }
 
 
-def _why_not(place: Place, heard: Sequence[Account]) -> str:
+def _why_not(place: Place, loop_accounts: Sequence[Account]) -> str:
     """Why nothing may be excused; empty when witnesses may be believed."""
-    if not heard:
+    if not loop_accounts:
         return "no witness on the loop's core"
     doubts = [
         f"core {one.core}: {one.why_not or f'the witness ran at priority {one.priority}, the rig at {place.priority}'}"
-        for one in heard
+        for one in loop_accounts
         if one.why_not or one.priority <= place.priority
     ]
     return "; ".join(doubts)

@@ -22,3 +22,4 @@ FAMILY_FIGURES = (
     "pairs_both",
 )
 MODES_A_TABLE = 2
+"""Modes side by side in one table."""

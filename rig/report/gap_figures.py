@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 MEASURED, BEFORE, AFTER, FLOOR = "0.2", "#d55e00", "#0072b2", "0.55"
-POINTS = 700
+FIGURE_POINTS = 700
 """A line gets at most this many points: the page stays small."""
 NARROWER = 0.8
 """Of the widths that figures were drawn for: on a phone the letters stay large enough."""
@@ -97,7 +97,7 @@ def _svg(figure: "Figure") -> str:
 
 def _thin(column: Column, rows: slice) -> Column:
     part = column[rows]
-    return part[:: max(1, len(part) // POINTS)]
+    return part[:: max(1, len(part) // FIGURE_POINTS)]
 
 
 def _window(grounds: Grounds, index: int) -> slice:

@@ -13,6 +13,7 @@ if TYPE_CHECKING:
 
 _GAP, _FLOOR, _SIZE, _CHANGE = "#0072b2", "0.45", "#d55e00", "#cc0000"
 MOST_EFFECTS: Final = 6
+"""Effects with a line of their own; the most frequent ones."""
 
 
 def history_figure(days: Sequence[Day], changes: Sequence[Change]) -> "Figure":

@@ -21,7 +21,7 @@ from rig.realtime.state import Event, State
 from rig.service.aside import DiskWork, aside, aside_or_here, in_any_case
 from rig.service.connections.arguments import check_line
 from rig.service.connections.control import Server
-from rig.service.connections.protocol import VERSION, ClientRequest, Code, Refused
+from rig.service.connections.protocol import PROTOCOL_VERSION, ClientRequest, Code, Refused
 from rig.service.processes import processes_json
 from rig.service.queue.job_queue import Queue
 from rig.service.queue.planner import Planner
@@ -334,7 +334,7 @@ class Daemon:
         """The whole status as plain data; with a `cursor`, also the samples since then and the next cursor."""
         monitor, session = self._monitor, self._monitor.session
         status: dict[str, Any] = {
-            "version": VERSION,
+            "version": PROTOCOL_VERSION,
             "rig": self._parts.rig.name,
             "period_s": self._parts.rig.period_ns / 1e9,
             CHANNELS: None if self._parts.rig.channels.has_valves else self._parts.rig.channels.plain(),

@@ -35,7 +35,7 @@ KEPT_TICKS: Final = 2000
 """Measurements kept at most: 10 s at 5 ms, ten times what anybody averages."""
 _WAIT_LOOK_S: Final = 0.01
 """How often whoever waits for the ticker looks whether it still lives."""
-LOOK_S: Final = 0.2
+AVERAGED_S: Final = 0.2
 """Measurements over this time are averaged before and after a step."""
 MAKE_SAFE_S: Final = 2.0
 """For the safe state on the way out; a slow wire confirms within tenths of a second. Then it is said that it is tried
@@ -44,7 +44,7 @@ PRIORITY: Final = 20
 """Real-time, where it is allowed: a device that watches for silence gives a busy machine a few periods only."""
 LETTING_GO_NS: Final = 7_000_000_000
 """For letting go of a safe device, as two I/O processes may take, before the supervisor takes over."""
-PATIENCE: Final = 20
+MOST_FAILED_TICKS: Final = 20
 """Failed ticks in a row before the ticker lets go."""
 
 
@@ -90,20 +90,20 @@ class DeviceTicker:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        said = ""
+        outcome = ""
         with _ended_afterwards() as pressed:
             self._quit.set()
             self._thread.join()
             try:
-                said = self._make_safe(pressed) if self._at is not None else ""
+                outcome = self._make_safe(pressed) if self._at is not None else ""
             except DeviceError as unsafe:
                 raise beside(error, str(unsafe)) if isinstance(error, RigError) else unsafe from None
             finally:
                 self._let_go()
-            if said and not isinstance(error, RigError) and (error is not None or pressed):
-                _tell(said)
-        if said and isinstance(error, RigError):
-            raise beside(error, said) from None
+            if outcome and not isinstance(error, RigError) and (error is not None or pressed):
+                _tell(outcome)
+        if outcome and isinstance(error, RigError):
+            raise beside(error, outcome) from None
 
     def _let_go(self) -> None:
         """Of the device, and of who stands above to the last: until then a watchdog may go on."""
@@ -159,7 +159,7 @@ class DeviceTicker:
     def _standing(self, goal_mpa: tuple[float, float]) -> tuple[float, float]:
         """The measured pressures, none above both the safe one and the goal; the safe ones where a monitor says
         nothing, or nothing that can be true."""
-        found = self.collect(LOOK_S)
+        found = self.collect(AVERAGED_S)
         if any(now.flags & (BROKEN_WIRE | SUSPECT) for now in found):
             return self._safe
         p1, p2 = (
@@ -212,7 +212,7 @@ class DeviceTicker:
                 failed = 0
             except DeviceError as error:
                 failed += 1
-                if failed >= PATIENCE or isinstance(error, DeviceLost):
+                if failed >= MOST_FAILED_TICKS or isinstance(error, DeviceLost):
                     return self._give_up(error)
             except Exception as error:  # noqa: BLE001  # of a driver: who waits for the ticks must hear of it
                 return self._give_up(DeviceLost(f"the device's driver failed by an error of the program: {error!r}"))
@@ -226,17 +226,17 @@ class DeviceTicker:
     def _give_up(self, error: DeviceError) -> None:
         """After an error nothing is to stand under pressure while somebody is still asked for a number: what the device
         does not take is tried until it does, or the way out goes on with it."""
-        self._error, said = error, False
+        self._error, reported = error, False
         owed = self._at is not None
         until_s = time.monotonic() + MAKE_SAFE_S
         while True:
             if owed:
                 self._try_once()
                 owed = self._safe_outcome < SafeOutcome.WRITTEN
-                if not owed and said:
+                if not owed and reported:
                     _tell(SafeReport(Writer.CONTROL, outcome=self._safe_outcome).words)
-                elif owed and not said and time.monotonic() > until_s:
-                    said = True
+                elif owed and not reported and time.monotonic() > until_s:
+                    reported = True
                     _tell(f"{NOT_SAFE}: {error}; the safe state is written as soon as the device takes it")
             elif self._at is not None:
                 owed = not self._answers()
@@ -337,10 +337,10 @@ def step_valves(
     results = []
     ticker.go_to(*safe_mpa, settle_s)
     for valve in (1, 2):
-        before = ticker.collect(LOOK_S)
+        before = ticker.collect(AVERAGED_S)
         stepped = [p + (step_mpa if n == valve else 0.0) for n, p in enumerate(safe_mpa, 1)]
         ticker.go_to(stepped[0], stepped[1], settle_s)
-        after = ticker.collect(LOOK_S)
+        after = ticker.collect(AVERAGED_S)
         moved = (mean(after, field)[0] - mean(before, field)[0] for field in ("p1_mpa", "p2_mpa", "angle_deg"))
         results.append(StepResult(valve, step_mpa, *moved))
         ticker.go_to(*safe_mpa, settle_s)

@@ -27,6 +27,8 @@ from rig.realtime.clock import MonotonicClock
 from rig.rig_config import RigConfig
 
 COLLECT_S = 0.5
+"""Samples over this time make one point, s: their mean stands beside what the person reads off. More: a longer wait,
+less noise."""
 Typed = dict[Role, list[tuple[float, float]]]
 """Points that somebody has typed in so far: raw reading and reference of each."""
 

@@ -17,6 +17,7 @@ from rig.realtime.clock import MonotonicClock
 from rig.rig_config import DeviceEntry, RigConfig
 
 WARM_UP_TICKS = 20
+"""Reads before the timed ones, whose own times do not count."""
 _LOOK_NS: Final = 100_000_000
 """How often a bystander asks whether the rig is still driven: a fifth of the usual watchdog's time."""
 _MEASURED: Final = ("p1_mpa", "p2_mpa", "angle_deg", "excitation_raw")

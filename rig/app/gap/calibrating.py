@@ -41,9 +41,10 @@ from rig.record import Record
 R = TypeVar("R")
 STEPS = 2
 """Rounds over the rigs: identified, their days."""
-DAYS = (1, 3, 5)
+HELD_DAYS = (1, 3, 5)
 """Healthy days that are held beside the first."""
-DIGITS = 4
+LEVEL_DIGITS = 4
+"""Significant digits of a level in priors.yaml."""
 FITTED_BY_OTHERS = ("odds", "usual")
 """Of the levels of a reference: by `pamrig gap study odds` and `usual`."""
 OF_DAYS = (ReferenceKind.SESSION.value, ReferenceKind.FINGERPRINT.value)
@@ -115,7 +116,7 @@ def provenance_of(plan: FittingPlan, before: Fitted) -> FitProvenance:
     rigs = plan.units * len(plan.families)
     made = origin(
         f"pamrig gap calibrate --units {plan.units} --seed {plan.seed}", [plan.seed], plan.families,
-        f"{rigs} rigs, {rigs * len(DAYS)} healthy days",
+        f"{rigs} rigs, {rigs * len(HELD_DAYS)} healthy days",
     )  # fmt: skip
     untouched = [
         f"levels.{name}.{part}"
@@ -124,7 +125,7 @@ def provenance_of(plan: FittingPlan, before: Fitted) -> FitProvenance:
         if getattr(levels, part) is not None
     ]
     renewed = before.provenance.renewed({"levels": made}, untouched)
-    return FitProvenance(list(plan.families), rigs, rigs * len(DAYS), renewed.parts)
+    return FitProvenance(list(plan.families), rigs, rigs * len(HELD_DAYS), renewed.parts)
 
 
 def origin(command: str, seeds: Sequence[int], families: Sequence[str], on: str) -> Origin:
@@ -165,7 +166,7 @@ def healthy_days(rig: tuple[Case, Model, Model]) -> list[HealthyDay]:
     """The unit's further days beside each reference; a simulator that runs away under them tells nothing."""
     case, own, sister = rig
     days, found = days_of(case), []
-    for number in DAYS:
+    for number in HELD_DAYS:
         asked = [
             (ReferenceKind.SESSION, False, own, [days[0]]),
             (ReferenceKind.FINGERPRINT, False, own, []),
@@ -250,4 +251,4 @@ def _rounded(value: object) -> object:
         return {key: _rounded(item) for key, item in value.items()}
     if isinstance(value, list):
         return [_rounded(item) for item in value]
-    return to_digits(value, DIGITS) if isinstance(value, float) else value
+    return to_digits(value, LEVEL_DIGITS) if isinstance(value, float) else value

@@ -63,19 +63,21 @@ def capability_of(asked: Asked, sweeps: Sequence[Path], earlier: EarlierDays | N
         sweep = load_sweep(find_config(path, "sweeps"))
         _check_limits(sweep, asked.rig)
         commands = commands_of(path, described.period_s)
-        plans = _usable(described, expand(sweep, described.rig.grid_ns), notes)
+        plans, left_out = _usable(described, expand(sweep, described.rig.grid_ns))
+        notes += left_out
         made = capability(expect_planned(described.rig, plans), described.effects, settings)
         found[sweep.name] = replace(made, abilities=(*made.abilities, *_raw(asked, described, commands)))
     return SweepCapabilities(found, described.channels, described.rig.kind, tuple(notes))
 
 
-def _usable(described: DescribedRig, plans: Sequence[RunPlan], notes: list[str]) -> list[RunPlan]:
-    """The plans whose records a diagnosis would use; why not into the notes. RecordError where it would use none."""
+def _usable(described: DescribedRig, plans: Sequence[RunPlan]) -> tuple[list[RunPlan], list[str]]:
+    """The plans whose records a diagnosis would use, and why not the others. RecordError where it would use none."""
+    notes: list[str] = []
     pairs = expect_planned(described.rig, plans).pairs
     kept = [plan for plan, pair in zip(plans, pairs, strict=True) if usable(pair.raw, notes)]
     if not kept:
         raise RecordError(reasons(notes))
-    return kept
+    return kept, notes
 
 
 def _raw(asked: Asked, described: DescribedRig, commands: Sequence[Record]) -> list[Ability]:

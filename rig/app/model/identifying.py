@@ -12,7 +12,7 @@ from rig.channels import common
 from rig.errors import ConfigError, RecordError
 from rig.fields import bounded
 from rig.gap.records.outliers import fall_notes, without_falls
-from rig.identify.fit import Identified, Report, Settings, identify
+from rig.identify.fit import Identified, Report, SearchSettings, identify
 from rig.identify.records.data import RecordOptions, best_input, check_length, cut
 from rig.identify.records.rest import at_own_rest, far_from_all, require_rest
 from rig.identify.records.zero import why_zero_is_free
@@ -24,6 +24,7 @@ from rig.model.parameters import Input, Model, StageKind, load_model
 from rig.record import Record
 
 DEFAULT_SAMPLE_TIME_S = 0.005
+"""Of a model whose records are resampled, or do not say their period, s: the loop's usual one."""
 SHORTEST_SAMPLE_TIME_S, LONGEST_SAMPLE_TIME_S = 0.001, 0.05
 """Outside, a period is more often a wrong unit of time than a rig."""
 _SAMPLE_TIMES_S = (1e-4, 1.0)
@@ -88,7 +89,7 @@ def identify_model(
     report: Report | None,
 ) -> Identified:
     """The model fitted to the records; `report(title, share, best)` during the searches."""
-    settings = Settings(
+    settings = SearchSettings(
         optimizer=search.optimizer,
         seeds=tuple(range(search.seed, search.seed + search.seeds)),
         swarm=SwarmSettings(particles=search.particles, iterations=search.iterations),

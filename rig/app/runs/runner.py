@@ -65,7 +65,7 @@ def carry_out(rig: RigConfig, runs: Sequence[Planned], options: RunOptions) -> R
     prepare_folder(options.out, [f"{planned.name}.mcap" for planned in runs])
     outcome = RunOutcome([], len(runs), channels=rig.channels)
     operator = _Operator()
-    with own_signals(operator.signalled):
+    with own_signals(operator.codes):
         session = Session(
             loop_process,
             rig,
@@ -202,7 +202,7 @@ class _Operator:
         if self.asked_to_stop:
             raise _GivenUp
 
-    def signalled(self, number: int, _: object) -> None:
+    def codes(self, number: int, _: object) -> None:
         again, self.asked_to_stop = self.asked_to_stop, True
         self.presses += number != signal.SIGHUP
         if self._session is not None:
@@ -214,7 +214,7 @@ class _Operator:
 def watch(session: Session, operator: _Operator, outcome: RunOutcome, total_ticks: int, own: Channels) -> None:
     """Let the loop begin to tick. Until it ends: beat, show progress, gather results, and end the runs where the
     recorder is dead or its file gone."""
-    said = ""
+    warned = ""
     with progress("running", total_ticks) as update:
         session.go()  # only now: what progress imports takes a while on a busy machine, and the loop waits for our beat
         while session.loop_alive:
@@ -222,19 +222,19 @@ def watch(session: Session, operator: _Operator, outcome: RunOutcome, total_tick
             outcome.runs += session.recording.results()
             _show(session, own, update, operator.asked_to_stop)
             _look(session, operator, outcome)
-            said = _say_trouble(session, said)
+            warned = _say_trouble(session, warned)
             _stop_without_a_file(session, outcome)
             time.sleep(_POLL_S)
 
 
-def _say_trouble(session: Session, said: str) -> str:
-    """Warn at once when the record cannot be written, also into a pipe: by the end it may be lost. `said`: the last
+def _say_trouble(session: Session, warned: str) -> str:
+    """Warn at once when the record cannot be written, also into a pipe: by the end it may be lost. `warned`: the last
     warning; returns the one that holds now."""
     trouble = session.recording.trouble
     if trouble is not None and trouble.final:
-        return said  # it ends the run, which says why
+        return warned  # it ends the run, which says why
     now = trouble.error if trouble is not None else ""
-    if now != said:
+    if now != warned:
         line = f"warning: {now}; the samples wait in memory" if now else "the record can be written again"
         say(line, "yellow")
     return now
@@ -252,8 +252,11 @@ def _stop_without_a_file(session: Session, outcome: RunOutcome) -> None:
 def _recorder_is_lost(session: Session, operator: _Operator) -> bool:
     """Whether the recorder has ended and should not have. When the operator stops a run by a signal, that may reach all
     its processes; a recorder that ended so has finished its file."""
-    told = (0, -signal.SIGTERM)  # by a second one it ends on the spot, when its file is finished and it hears no more
-    asked = operator.asked_to_stop and session.recorder is not None and session.recorder.exitcode in told
+    codes = (
+        0,
+        -signal.SIGTERM,
+    )  # by a second one it ends on the spot, when its file is finished and it hears no more
+    asked = operator.asked_to_stop and session.recorder is not None and session.recorder.exitcode in codes
     return not session.recorder_alive and not asked
 
 

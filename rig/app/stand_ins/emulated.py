@@ -22,7 +22,7 @@ from rig.model.chain import Chain
 from rig.model.parameters import load_model
 from rig.rig_config import DeviceEntry, RigConfig, load_rig
 
-SWITCH_INTERVAL_S = 0.0005
+EMULATORS_SWITCH_S = 0.0005
 """Emulators run on threads of this process; the interpreter must not leave the loop waiting its usual 5 ms for them."""
 
 
@@ -103,7 +103,7 @@ class EmulatedRig(Abilities):
 
     def _start(self) -> Device:
         context = self._context
-        sys.setswitchinterval(SWITCH_INTERVAL_S)
+        sys.setswitchinterval(EMULATORS_SWITCH_S)
         safe = context.safe_p1_mpa, context.safe_p2_mpa
         chain = Chain(load_model(self._settings.model))
         chain.reset(*safe)

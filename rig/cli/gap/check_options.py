@@ -8,7 +8,7 @@ from typing import Any
 
 import click
 
-from rig.blind_check.modes import GROUPS, ROUNDS
+from rig.blind_check.modes import GROUPS, MOST_FOLLOW_UPS
 from rig.cli.common import F
 from rig.cli.gap.options import families_option, path_type, workers_option
 
@@ -45,8 +45,8 @@ dask_option = click.option(
 )
 experiments_option = click.option(
     "--experiments",
-    type=click.IntRange(0, ROUNDS),
-    default=ROUNDS,
+    type=click.IntRange(0, MOST_FOLLOW_UPS),
+    default=MOST_FOLLOW_UPS,
     show_default=True,
     help="How many recommended experiments each answer may ask for, one after the other.",
 )

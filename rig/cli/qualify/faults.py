@@ -76,11 +76,11 @@ def _one_by_one(names: tuple[str, ...], closed_loop: bool, dry_run: bool, json_t
 
     from rig.config import suggest
     from rig.errors import CheckFailed, RigError
-    from rig.qualify.faults.bench import CLOSED_LOOP, SWEEP, FaultBench
+    from rig.qualify.faults.bench import CLOSED_LOOP_SWEEP, SWEEP, FaultBench
     from rig.qualify.faults.table import CLOSED_LOOP_TABLE, TABLE
     from rig.qualify.faults.trial import try_row
 
-    table, sweep = (CLOSED_LOOP_TABLE, CLOSED_LOOP) if closed_loop else (TABLE, SWEEP)
+    table, sweep = (CLOSED_LOOP_TABLE, CLOSED_LOOP_SWEEP) if closed_loop else (TABLE, SWEEP)
     known = [row.name for row in table]
     if unknown := next((name for name in names if name not in known), None):
         raise RigError(f"no fault {unknown!r}; {suggest(unknown, known)}")

@@ -6,6 +6,7 @@ from rig.gap.answer.facts import Link
 from rig.gap.answer.result import Cause
 
 STAGES = ("timing", "valve", "muscle", "joint", "sensor")
+"""Of the chain from the command to the measured angle, in their order."""
 NAMES = {"timing": "command", "valve": "valves", "muscle": "muscles", "joint": "joint", "sensor": "sensor"}
 """What a stage is called in pictures and tables."""
 

@@ -13,9 +13,9 @@ from typing import Any
 from rig.gap.answer.facts import RAW
 from rig.gap.hypotheses.inverse_problems import PRESSURES
 from rig.gap.hypotheses.library import UNKNOWN
-from rig.gap.settings import EITHER_CHANCE, FAR
+from rig.gap.settings import EITHER_CHANCE, LARGE_GAP
 
-SAME = 1.001
+SAME_NUMBER = 1.001
 """Values closer than this are the same number."""
 
 
@@ -43,7 +43,7 @@ def _verdict(verdict: str, named: Sequence[Any], unknown: Sequence[Any]) -> list
 
 def _closing(diagnosis: Mapping[str, Any], named: Sequence[Any]) -> list[str]:
     """Named effects close something, and so does the whole."""
-    said = [
+    doubts = [
         f"{cause['effect']} is named and closes nothing of what it was judged on"
         for cause in named
         if cause["judged_on"] not in RAW and not cause["explained_fraction"] > 0.0
@@ -51,13 +51,13 @@ def _closing(diagnosis: Mapping[str, Any], named: Sequence[Any]) -> list[str]:
     gap = diagnosis["gap"]
     # of what was judged on the pressures, theirs must close and the angle's gap need not
     on_angle = [cause for cause in named if cause["judged_on"] not in (*RAW, PRESSURES)]
-    if named and gap["after_deg"] > SAME * gap["rms_deg"]:
-        said.append(
+    if named and gap["after_deg"] > SAME_NUMBER * gap["rms_deg"]:
+        doubts.append(
             f"{diagnosis['verdict']}, and the simulator gets worse: {gap['rms_deg']:.3g} to {gap['after_deg']:.3g} deg"
         )
     if on_angle and len(on_angle) == len(named) and not gap["after_deg"] < gap["rms_deg"]:
-        said.append("effects are named on the angle, and the simulator gets no better")
-    return said
+        doubts.append("effects are named on the angle, and the simulator gets no better")
+    return doubts
 
 
 def _floor(diagnosis: Mapping[str, Any]) -> list[str]:
@@ -67,7 +67,7 @@ def _floor(diagnosis: Mapping[str, Any]) -> list[str]:
         return []
     factors = list(evidence.get("factors", {}).values())
     signatures = [signature for signature in evidence.get("signatures", []) if signature.get("found")]
-    if any(one["found"] or one["gap"] > FAR * one["floor"] for one in factors) or signatures:
+    if any(one["found"] or one["gap"] > LARGE_GAP * one["floor"] for one in factors) or signatures:
         return []
     size, usual = f"{gap['rms_deg']:.3g} deg", f"{gap['floor_deg']:.3g} deg"
     return [f"{diagnosis['verdict']} at a gap of {size}, below the usual {usual}, by no other measure"]
@@ -76,39 +76,39 @@ def _floor(diagnosis: Mapping[str, Any]) -> list[str]:
 def _order(causes: Sequence[Any]) -> list[str]:
     """Named ones first, those of the smoothed records by what they leave; `where` follows the first."""
     names = [cause["effect"] for cause in causes]
-    said = ["an unknown stands before a named effect"] if UNKNOWN in names and any(
+    doubts = ["an unknown stands before a named effect"] if UNKNOWN in names and any(
         name != UNKNOWN for name in names[names.index(UNKNOWN) :]
     ) else []  # fmt: skip
     judged = [cause for cause in causes if cause["effect"] != UNKNOWN and cause["judged_on"] not in RAW]
     for first, second in pairwise(judged):
         if (
-            first["gap_after_deg"] > SAME * second["gap_after_deg"]
+            first["gap_after_deg"] > SAME_NUMBER * second["gap_after_deg"]
             and first["explained_fraction"] < second["explained_fraction"]
         ):
-            said.append(f"{first['effect']} stands before {second['effect']} and explains less")
+            doubts.append(f"{first['effect']} stands before {second['effect']} and explains less")
     doubled = {name for name in names if name != UNKNOWN and names.count(name) > 1}
-    return [*said, *(f"{name} is named twice" for name in sorted(doubled))]
+    return [*doubts, *(f"{name} is named twice" for name in sorted(doubled))]
 
 
 def _numbers(diagnosis: Mapping[str, Any], causes: Sequence[Any]) -> list[str]:
     """Intervals hold their values, probabilities are some, no cause is its own alternative."""
-    said = []
+    doubts = []
     gap = diagnosis["gap"]
     low, high = gap.get("after_low_deg"), gap.get("after_high_deg")
-    if low is not None and high is not None and not low / SAME <= gap["after_deg"] <= high * SAME:
-        said.append(f"{gap['after_deg']:.3g} deg are left, outside of {low:.3g} to {high:.3g} deg")
+    if low is not None and high is not None and not low / SAME_NUMBER <= gap["after_deg"] <= high * SAME_NUMBER:
+        doubts.append(f"{gap['after_deg']:.3g} deg are left, outside of {low:.3g} to {high:.3g} deg")
     for cause in causes:
         outside = [name for name, one in cause["parameters"].items() if not one["low"] <= one["value"] <= one["high"]]
-        said += [f"{cause['effect']}: {name} lies outside its own interval" for name in outside]
+        doubts += [f"{cause['effect']}: {name} lies outside its own interval" for name in outside]
         if cause["effect"] in cause["ambiguous_with"]:
-            said.append(f"{cause['effect']} may also be itself")
+            doubts.append(f"{cause['effect']} may also be itself")
         if not 0.0 <= cause["confidence"] <= 1.0:
-            said.append(f"{cause['effect']}: a confidence of {cause['confidence']:.3g}")
-        if diagnosis.get("confidence", 0.0) > SAME * cause["confidence"]:
-            said.append(f"{diagnosis['confidence']:.2f} as a whole, {cause['confidence']:.2f} for {cause['effect']}")
+            doubts.append(f"{cause['effect']}: a confidence of {cause['confidence']:.3g}")
+        if diagnosis.get("confidence", 0.0) > SAME_NUMBER * cause["confidence"]:
+            doubts.append(f"{diagnosis['confidence']:.2f} as a whole, {cause['confidence']:.2f} for {cause['effect']}")
     if causes and diagnosis["where"].get("stage") != causes[0]["stage"]:
-        said.append(f"it lies in {diagnosis['where'].get('stage')}, and the first cause in {causes[0]['stage']}")
-    return said
+        doubts.append(f"it lies in {diagnosis['where'].get('stage')}, and the first cause in {causes[0]['stage']}")
+    return doubts
 
 
 def _taken_back(causes: Sequence[Any]) -> list[str]:

@@ -18,7 +18,7 @@ SIGNATURE, RAW_DATA = "signature", "raw data"
 RAW = (SIGNATURE, RAW_DATA)
 """Judged on the raw samples: no gap of the smoothed angle need close."""
 
-BESIDE = " beside "
+JUDGED_BESIDE = " beside "
 """Between the name of what was judged and an effect that it was judged beside, in `Evidence.factors`."""
 
 

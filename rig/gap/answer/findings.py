@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from rig.gap.answer.chain import STAGES
-from rig.gap.answer.facts import BESIDE, Evidence, Judged, RecordGap, Retuning
+from rig.gap.answer.facts import JUDGED_BESIDE, Evidence, Judged, RecordGap, Retuning
 from rig.gap.answer.how_far.held_out import HowFar
 from rig.gap.evidence.posterior import Posterior
 from rig.gap.hypotheses.fit import Fit
@@ -91,7 +91,7 @@ def evidence_of(
 
 
 def _judged_on(posterior: Posterior) -> str:
-    return f"{posterior.problem.name}{BESIDE}{posterior.given}" if posterior.given else posterior.problem.name
+    return f"{posterior.problem.name}{JUDGED_BESIDE}{posterior.given}" if posterior.given else posterior.problem.name
 
 
 def _judged(posterior: Posterior, right: float) -> Judged:

@@ -13,7 +13,7 @@ from rig.gap.reference.kinds import ReferenceKind
 from rig.gap.reference.own_days import angle_days, own_floor
 from rig.gap.reference.unrepeated import Unrepeated, of_contexts
 
-LEAST_DEG = 1e-6
+LEAST_FLOOR_DEG = 1e-6
 """No floor is lower: gaps are told as multiples of it."""
 
 
@@ -36,7 +36,7 @@ def floor_of(expected: Expected, settings: Fitted) -> Floor:
     known = float(np.hypot(expected.missed_deg, _through_pressures(expected)))
     anew = of_contexts(expected.contexts, commanded)
     notes = (_unsteady(anew),) if anew.rms > usual else ()
-    return Floor(max(own, known, anew.rms, LEAST_DEG), notes)
+    return Floor(max(own, known, anew.rms, LEAST_FLOOR_DEG), notes)
 
 
 def floor_source(expected: Expected) -> str:

@@ -12,7 +12,7 @@ from rig.gap.answer.how_far.prediction_interval import Shrunk, prediction_interv
 from rig.gap.answer.kept_effects import share_closed
 from rig.gap.answer.result import Cause
 from rig.gap.priors import Fitted
-from rig.gap.settings import ABOVE_FLOOR, FAR
+from rig.gap.settings import ABOVE_FLOOR, LARGE_GAP
 
 
 def gap_of(
@@ -67,4 +67,4 @@ def _explained(kept: Sequence[Kept], before: float, after: float, floor: float) 
         return min((before**2 - after**2) / (before**2 - floor**2), 1.0)
     if after < before:
         return 1.0 - (after / before) ** 2
-    return 0.0 if after > FAR * floor else max(share_closed(one.posterior, one.fit) for one in kept)
+    return 0.0 if after > LARGE_GAP * floor else max(share_closed(one.posterior, one.fit) for one in kept)

@@ -13,7 +13,7 @@ import numpy as np
 from rig.gap.answer.facts import SIGNATURE
 from rig.gap.answer.how_far.size_intervals import intervals
 from rig.gap.answer.result import Cause, Interval, Observation
-from rig.gap.answer.settings import LEAST_SHARE
+from rig.gap.answer.settings import LEAST_SIGNATURE_SHARE
 from rig.gap.evidence.posterior import Posterior
 from rig.gap.hypotheses.fit import Fit
 from rig.gap.hypotheses.library import LIBRARY
@@ -54,7 +54,7 @@ def judged_signatures(
         before = _raw_gap_deg(signature, expected, gap_deg)
         share = float(np.clip(signature.variance_deg2 / max(before**2, 1e-12), 0.0, 1.0))
         alone = compared and not else_found
-        if signature.effect is not None and (alone or share >= LEAST_SHARE):
+        if signature.effect is not None and (alone or share >= LEAST_SIGNATURE_SHARE):
             causes.append(_cause(signature, signature.effect, before, share))
         elif signature.effect is not None or signature.variance_deg2 == 0.0:
             observations.append(_observation(signature, share))

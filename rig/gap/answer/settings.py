@@ -10,7 +10,7 @@ USEFUL = 0.9
 parameters that close less than the rest of it of what all close."""
 LEAST_MOVE = 0.01
 """Relative moves below this are none, whatever their standard deviation says."""
-ALIKE = 0.5
+RETUNED_ALIKE = 0.5
 """Share of the mean square of what re-tuning closes from which on an effect, re-tuned away, is the same; and of an
 effect's own that re-tuning must absorb."""
 WIDE = 20.0
@@ -28,7 +28,7 @@ MEAN_MOVED = 0.01
 """Shares of change of the mean pressure below this are none."""
 
 # Observations
-LEAST_SHARE = 0.05
+LEAST_SIGNATURE_SHARE = 0.05
 """Share of the raw records' mean-square gap from which on a signature explains some of it. Less: small steps and hums
 are named beside any cause; more: a real second cause in the samples is told as a remark."""
 

@@ -10,7 +10,7 @@ from rig.gap.answer.result import Cause
 from rig.gap.evidence.posterior import Posterior
 from rig.gap.hypotheses.inverse_problems import ANGLE, PRESSURES
 from rig.gap.hypotheses.library import NONE, UNKNOWN
-from rig.gap.settings import ABOVE_FLOOR, EITHER_CHANCE, EVEN_CHANCE, FAR, LEAST_EXPLAINED
+from rig.gap.settings import ABOVE_FLOOR, EITHER_CHANCE, EVEN_CHANCE, LARGE_GAP, LEAST_EXPLAINED
 
 
 @dataclass(frozen=True)
@@ -125,7 +125,7 @@ def _larger_part(kept: Sequence[Kept], before: float, after: float, floor: float
 
 
 def _beyond_the_class(findings: Findings, before: float, stated: Collection[str]) -> list[Cause]:
-    """Something unknown on each factor on which more than FAR floors are left, unless it is `stated` already.
+    """Something unknown on each factor on which more than LARGE_GAP floors are left, unless it is `stated` already.
 
     What is left is what neither the likeliest effect nor all that may differ on a healthy rig takes up. No healthy rig
     leaves so much. The likelihood may take it for a law that is rougher than usual, or for a build that its simulator
@@ -135,7 +135,7 @@ def _beyond_the_class(findings: Findings, before: float, stated: Collection[str]
     return [
         _unknown_on(one, before, [one.best] if one.fit else [])
         for factor, one in judged.items()
-        if factor not in stated and one.beyond > FAR
+        if factor not in stated and one.beyond > LARGE_GAP
     ]
 
 
@@ -145,7 +145,7 @@ def explains_too_little(before: float, after: float, floor: float, share: float)
     half of what it was found on (`share`: of the effect that closes least)."""
     if after < before:
         return closes_little(before, after, floor)
-    return share < LEAST_EXPLAINED or after > FAR * floor
+    return share < LEAST_EXPLAINED or after > LARGE_GAP * floor
 
 
 def closes_little(before: float, after: float, floor: float) -> bool:

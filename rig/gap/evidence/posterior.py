@@ -112,8 +112,8 @@ class Posterior:
         """The posterior updated by another factor's log evidence (nats) for some of the hypotheses; those without one
         take that of none, or else the mean."""
         others = nats.get(NONE, float(np.mean(list(nats.values()))))
-        heard = {name: nats.get(name, others) for name in self.probability}
-        logs = {name: float(np.log(max(chance, 1e-300))) + heard[name] for name, chance in self.probability.items()}
+        evidence = {name: nats.get(name, others) for name in self.probability}
+        logs = {name: float(np.log(max(chance, 1e-300))) + evidence[name] for name, chance in self.probability.items()}
         probability, total = _normalised(logs)
         return replace(self, probability=probability, log_evidence=self.log_evidence + total)
 

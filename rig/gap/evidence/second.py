@@ -46,8 +46,8 @@ def with_second(effects: Sequence[Effect], alone: Posterior, experiments: Mappin
     for first in firsts:
         others = [effect for effect in effects if effect.name != first.effect.name]
         second = judge(others, problem_given(alone.problem, first), experiments)
-        told = experiments.get(first.effect.name, 0.0) + experiments.get(second.best, 0.0)
-        pairs += [replace(two, log_evidence=two.log_evidence + told) for two in _explanations(first, second, choices)]
+        nats = experiments.get(first.effect.name, 0.0) + experiments.get(second.best, 0.0)
+        pairs += [replace(two, log_evidence=two.log_evidence + nats) for two in _explanations(first, second, choices)]
     if not pairs:
         return (alone,)
     best = max(pairs, key=lambda two: two.log_evidence)
@@ -78,20 +78,20 @@ def _told(alone: Posterior, best: _Two, pairs: Sequence[_Two]) -> tuple[Posterio
     usual = Usual(best.usual, math.exp(best.log_evidence - total)) if best.usual else None
     if usual is not None and usual.effect == first:
         return (with_usual(second, usual, best.first),)
-    told = replace(alone, probability=chances, log_odds_beside={})
+    likeliest = replace(alone, probability=chances, log_odds_beside={})
     if usual is not None:
-        return (with_usual(told, usual, second.fits[usual.effect]),)
+        return (with_usual(likeliest, usual, second.fits[usual.effect]),)
     assert second.fit is not None
-    return replace(told, fits=alone.fits | {first: _beside(alone, first, second.fit)}), replace(
+    return replace(likeliest, fits=alone.fits | {first: _beside(alone, first, second.fit)}), replace(
         second, given=first, usual=None
     )
 
 
-def with_usual(told: Posterior, usual: Usual, fit: Fit) -> Posterior:
+def with_usual(posterior: Posterior, usual: Usual, fit: Fit) -> Posterior:
     """The same with an effect that is as large as is usual: no gap, so that without a share of the others' mass, where
     it did not compete with them."""
-    probability = {usual.effect: 0.0} | told.probability
-    return replace(told, usual=usual, fits=told.fits | {usual.effect: fit}, probability=probability)
+    probability = {usual.effect: 0.0} | posterior.probability
+    return replace(posterior, usual=usual, fits=posterior.fits | {usual.effect: fit}, probability=probability)
 
 
 def _of_both(first: Fit, log_beside: float) -> float:

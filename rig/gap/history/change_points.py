@@ -23,9 +23,9 @@ FEWEST_DAYS: Final = 3
 FEWEST_FOR_SLOPE: Final = 5
 """Dates for a slope. All slopes between three days have one sign in one of three orders of them, of four in one of
 twelve, of five in one of sixty: fewer than five have no interval of 95 %."""
-TRIALS: Final = 1999
+LEAST_SERIES: Final = 1999
 """Series that are drawn at least: the finest probability that is told is one in this many and one."""
-BEYOND: Final = 20
+EXPECTED_BEYOND: Final = 20
 """Series that are expected beyond the rate that is asked for, which sets how many are drawn: with fewer than one no
 change could ever be told. Less: by chance a clear change is not."""
 MEMORIES: Final = np.arange(0.0, 0.91, 0.1)
@@ -40,7 +40,7 @@ _FORGOTTEN: Final = 50
 def change_points(values: Column, rate: float, seed: int = 0) -> list[tuple[int, float]]:
     """Indices of `values` (days,) at which a new level begins, with their p-values, in order; `rate` is the chance of
     any in a series without a change."""
-    trials = max(TRIALS, int(np.ceil(BEYOND / rate)) - 1)
+    trials = max(LEAST_SERIES, int(np.ceil(EXPECTED_BEYOND / rate)) - 1)
     found = _by_shuffling(values, rate, trials, np.random.default_rng(seed))
     while found:
         edges = [0, *sorted(found), len(values)]
@@ -164,7 +164,7 @@ def slope(days: Column, values: Column) -> tuple[float, float, float] | None:
 @lru_cache(maxsize=64)
 def _without_slope(days: tuple[float, ...]) -> Column:
     """(m,) the memory that series of these days seem to have, of which only the share DOUBT seems to have less."""
-    series = _drawn(len(days), TRIALS)
+    series = _drawn(len(days), LEAST_SERIES)
     seem = [np.quantile(_correlation(_beside_slope(np.array(days), some)), DOUBT) for some in series]
     return np.maximum.accumulate(seem)
 

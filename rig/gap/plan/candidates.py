@@ -17,10 +17,12 @@ from rig.gap.plan.settings import MOST_SWING_MPA, PEAK_OF_MIXED, SETTLE_S
 from rig.gap.response.propagate import RecordContext
 
 SINES_HZ = (0.1, 0.2, 0.35, 0.5, 0.8, 1.5, 2.5, 4.0)
+"""Frequencies of the sines to choose from: close where joints turn from stiffness to inertia, up to FASTEST_HZ."""
 TRIANGLES_HZ = (0.1, 0.3, 0.5)
-SHARES = (1.0, 0.4)
+"""Those of the triangles, which show a play or a friction at constant speed: slow ones."""
+AMPLITUDE_SHARES = (1.0, 0.4)
 """Amplitudes, as shares of the largest."""
-TOP_HZ = 4.0
+FASTEST_HZ = 4.0
 """Fastest part of any record: there a delay parts from a lag and from an inertia, and above `rig.gap.settings.TOP_HZ`
 nothing is compared."""
 
@@ -53,7 +55,7 @@ def candidates(
     """Every record of the pool that stays inside the envelope on that grid, and in a loop of any shorter period: there
     a sine may be steeper from row to row, which the slew limit allows for. `made`: see `expand`."""
     found: list[Entry] = []
-    envelope = replace(envelope, slew_mpa_s=envelope.slew_mpa_s * float(np.sinc(2.0 * TOP_HZ * grid_ns * 1e-9)))
+    envelope = replace(envelope, slew_mpa_s=envelope.slew_mpa_s * float(np.sinc(2.0 * FASTEST_HZ * grid_ns * 1e-9)))
     for p0, length in itertools.product(envelope.rests_mpa, lengths_s):
         timing = Timing(settle_s=SETTLE_S, duration_s=length)
         entries = [Entry(signal, timing, (p0,)) for signal in _signals(_largest(envelope, p0), length)]
@@ -103,13 +105,13 @@ def _downward(amplitude_mpa: float) -> float:
 
 
 def _signals(largest: float, length_s: float) -> Iterator[Signal]:
-    for share in SHARES:
+    for share in AMPLITUDE_SHARES:
         amplitude = round(share * largest, 3)
         yield from (Sine(hz, amplitude) for hz in SINES_HZ)
         yield from (Triangle(hz, amplitude) for hz in TRIANGLES_HZ)
     yield Mixed(0.5, _downward(largest / PEAK_OF_MIXED))
-    yield Multisine(largest, 0.1, TOP_HZ, 10.0)
-    yield Chirp(largest, 0.1, TOP_HZ, length_s)
+    yield Multisine(largest, 0.1, FASTEST_HZ, 10.0)
+    yield Chirp(largest, 0.1, FASTEST_HZ, length_s)
     yield Staircase(largest, 2, length_s / 10.0, 0.2)
 
 

@@ -13,7 +13,7 @@ from rig.gap.plan.capability import by_effect, first_of_each, named_separation, 
 from rig.gap.plan.directions import Direction, columns, usual_directions
 from rig.gap.plan.information import Information, inform, separations
 from rig.gap.plan.planned_records import KnownRig, expect_planned, factors_of
-from rig.gap.plan.settings import LEAST_GAIN
+from rig.gap.plan.settings import LEAST_SCORE_GAIN
 from rig.gap.priors import Fitted, Odds, Prior
 from rig.parallel import each, executor
 from rig.record import Column
@@ -21,9 +21,9 @@ from rig.record import Column
 SWAPS = 3
 """Passes that try another record in place of each chosen one; more change nothing on the rigs tried."""
 
-LISTED = 40
+MOST_SWAPS = 40
 """Records that are tried in place of a chosen one. More: slower."""
-FEW = 10
+SIZING_RECORDS = 10
 """Records on which the effects' usual sizes are found. More: slower."""
 
 
@@ -60,8 +60,9 @@ def design(
     report: Callable[[int], None] = lambda done: None,
 ) -> Design:
     """The records of the pool that together tell most within `seconds`: the best addition a second, again and again,
-    then exchanges (Fedorov 1972). It ends before the time does where no record adds LEAST_GAIN: the likelihood believes
-    long sessions no more than those of SESSION_S, so that a record with little to tell takes from the others."""
+    then exchanges (Fedorov 1972). It ends before the time does where no record adds LEAST_SCORE_GAIN: the likelihood
+    believes long sessions no more than those of SESSION_S, so that a record with little to tell takes from the
+    others."""
     known = _all_known(rigs, pool, effects, settings, report)
     times = [lasts_s(entry) for entry in pool]
     chosen: list[int] = []
@@ -141,7 +142,7 @@ def _known(rig: KnownRig, pool: Sequence[Entry], effects: Sequence[Effect], sett
 
 def _few(pool: Sequence[Entry]) -> list[Entry]:
     """Records from all over the pool."""
-    return list(pool[:: max(1, len(pool) // FEW)])
+    return list(pool[:: max(1, len(pool) // SIZING_RECORDS)])
 
 
 def _needed(directions: Sequence[Direction], prior: Prior, odds: Odds, effects: int) -> Column:
@@ -169,12 +170,12 @@ def _power_on(rig: _Known, chosen: Sequence[int]) -> tuple[float, float]:
 
 
 def _addition(known: Sequence[_Known], chosen: Sequence[int], times: Sequence[float], seconds: float) -> int | None:
-    """The record that adds most a second; None when none fits any more, or adds LEAST_GAIN."""
+    """The record that adds most a second; None when none fits any more, or adds LEAST_SCORE_GAIN."""
     left = seconds - sum(times[k] for k in chosen)
     before = power_of(known, chosen).score
     fitting = [k for k in range(len(times)) if k not in chosen and times[k] <= left]
     gains = {k: score - before for k, score in _scores(known, chosen, fitting).items()}
-    worth = [k for k, gain in gains.items() if gain >= LEAST_GAIN]
+    worth = [k for k, gain in gains.items() if gain >= LEAST_SCORE_GAIN]
     return max(worth, key=lambda k: gains[k] / times[k], default=None)
 
 
@@ -188,7 +189,7 @@ def _short_list(known: Sequence[_Known], chosen: Sequence[int]) -> list[int]:
     """The records of the pool that would add most to the chosen ones."""
     pool = range(known[0].factors[0].gram.shape[0])
     added = _scores(known, chosen, [k for k in pool if k not in chosen])
-    return sorted(added, key=lambda k: -added[k])[:LISTED]
+    return sorted(added, key=lambda k: -added[k])[:MOST_SWAPS]
 
 
 def _exchanged(known: Sequence[_Known], chosen: list[int], times: Sequence[float], seconds: float) -> bool:

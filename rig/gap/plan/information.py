@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from rig.gap.hypotheses.inverse_problems import PRESSURES, InverseProblem
-from rig.gap.plan.settings import MOST_SEPARATION, SAME
+from rig.gap.plan.settings import MOST_SEPARATION, ONE_DIRECTION
 from rig.gap.priors import Prior
 from rig.gap.settings import SESSION_S
 from rig.record import Column
@@ -57,7 +57,7 @@ class Information:
         alike = np.abs(power / np.outer(size, size))
         kept: list[int] = []
         for k, owner in enumerate(owners):
-            if all(owners[j] != owner or alike[j, k] < SAME for j in kept):
+            if all(owners[j] != owner or alike[j, k] < ONE_DIRECTION for j in kept):
                 kept.append(k)
         return kept
 

@@ -22,7 +22,15 @@ from rig.gap.plan.candidates import SweepEnvelope, candidates, envelope_within, 
 from rig.gap.plan.experiment import Experiment
 from rig.gap.plan.information import Information, inform
 from rig.gap.plan.planned_records import KnownRig, expect_planned, factors_of, known_rig, within
-from rig.gap.plan.settings import APART, LEAST_PROBABILITY, LENGTHS_S, MORE_NATS, MOST, TIME_S, WORTH_NATS
+from rig.gap.plan.settings import (
+    LEAST_PROBABILITY,
+    LENGTHS_S,
+    MORE_NATS,
+    MOST_HYPOTHESES,
+    TIME_S,
+    TOLD_APART,
+    WORTH_NATS,
+)
 from rig.gap.priors import Fitted, fitted
 from rig.gap.reference.expected import Expected
 from rig.gap.response.causes import Applied
@@ -119,7 +127,7 @@ def next_experiment(
     nothing is open, or none tells any more."""
     open_ones = [one for one in hypotheses if one.probability >= LEAST_PROBABILITY]
     places = dict.fromkeys((one.factor, one.given) for one in open_ones)
-    rivals = [[one for one in open_ones if (one.factor, one.given) == place][:MOST] for place in places]
+    rivals = [[one for one in open_ones if (one.factor, one.given) == place][:MOST_HYPOTHESES] for place in places]
     rivals = [those for those in rivals if len(those) > 1]
     pool, plans = _pool(envelope, rig.grid_ns) if rivals else ((), ())
     if not pool:
@@ -227,18 +235,18 @@ def _chosen(known: Sequence[_Open], times: Sequence[float], allowed: Sequence[in
     """Of the allowed records, by what they add a second, until the time is over or none adds enough; none at all where
     they are not worth it together."""
     chosen: list[int] = []
-    told = 0.0
+    gained = 0.0
     while True:
         left = seconds - sum(times[k] for k in chosen)
         gains = {
             k: sum(one.gain([*chosen, k]) for one in known) for k in allowed if k not in chosen and times[k] <= left
         }
-        enough = [k for k, gain in gains.items() if gain - told >= MORE_NATS]
-        best = max(enough, key=lambda k: (gains[k] - told) / times[k], default=None)
+        enough = [k for k, gain in gains.items() if gain - gained >= MORE_NATS]
+        best = max(enough, key=lambda k: (gains[k] - gained) / times[k], default=None)
         if best is None:
-            return chosen if told >= WORTH_NATS else []
+            return chosen if gained >= WORTH_NATS else []
         chosen.append(best)
-        told = gains[best]
+        gained = gains[best]
 
 
 def _described(known: Sequence[_Open], pool: Sequence[Entry], chosen: Sequence[int]) -> Experiment:
@@ -276,6 +284,6 @@ def _parted(apart: Column) -> list[int]:
     farthest apart."""
     kept = [0]
     for k in range(1, len(apart)):
-        if all(apart[j, k] >= APART for j in kept):
+        if all(apart[j, k] >= TOLD_APART for j in kept):
             kept.append(k)
     return kept if len(kept) > 1 else sorted(int(k) for k in np.unravel_index(int(np.argmax(apart)), apart.shape))

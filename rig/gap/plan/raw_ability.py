@@ -23,12 +23,12 @@ from rig.record import Record
 
 RAW: Final = "raw samples"
 """Where such an effect shows."""
-DRAWS: Final = 2
+DRAWN_DAYS: Final = 2
 """Days on all of which an effect of the said size is found. More: slower, and a little larger sizes."""
-STEP: Final = 1.15
+SIZE_FACTOR: Final = 1.15
 """Sizes are known within this factor."""
-LEAST: Final = 1e-4
-MOST: Final = 10.0
+LEAST_SIZE: Final = 1e-4
+MOST_SIZE: Final = 10.0
 """Sizes that are tried, in the effect's unit, within what its stage allows."""
 
 
@@ -59,7 +59,7 @@ class _Samples:
 
     def found(self, effect: Effect, size: float) -> bool:
         """Whether the tests find it by its name on every day that is drawn."""
-        return all(self._found(effect, size, draw) for draw in range(DRAWS))
+        return all(self._found(effect, size, draw) for draw in range(DRAWN_DAYS))
 
     def _found(self, effect: Effect, size: float, draw: int) -> bool:
         pairs = pair_up(self._day(draw, effect, size), self._before, self._model.p0_mpa).pairs
@@ -82,19 +82,19 @@ def _added(effect: Effect, size: float, seed: int) -> AddedEffect:
 def _ability(effect: Effect, rig: _Samples) -> Ability:
     law = effect.laws[0]
     number = next(one for one in EFFECT_STAGES[law.stage].numbers if one.name == law.free[0])
-    size = smallest(lambda size: rig.found(effect, size), max(LEAST, number.low), min(MOST, number.high))
+    size = smallest(lambda size: rig.found(effect, size), max(LEAST_SIZE, number.low), min(MOST_SIZE, number.high))
     return Ability(effect.name, effect.stage, RAW, size, size, unit_of(law), None)
 
 
 def smallest(found: Callable[[float], bool], low: float, high: float) -> float | None:
-    """The smallest size that is found, within a factor STEP: upward in doubled steps from `low` to `high` itself, then
-    between the last two; None where none is."""
+    """The smallest size that is found, within a factor SIZE_FACTOR: upward in doubled steps from `low` to `high`
+    itself, then between the last two; None where none is."""
     missed = size = low
     while not found(size):
         if size >= high:
             return None
         missed, size = size, min(2.0 * size, high)
-    while size > STEP * missed:
+    while size > SIZE_FACTOR * missed:
         middle = float(np.sqrt(missed * size))
         missed, size = (missed, middle) if found(middle) else (middle, size)
     return size

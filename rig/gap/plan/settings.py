@@ -12,16 +12,16 @@ MORE_NATS = 0.02
 """A further record that tells less is not worth its time. More: shorter experiments."""
 LEAST_PROBABILITY = 0.01
 """Hypotheses below are not designed for."""
-MOST = 6
+MOST_HYPOTHESES = 6
 """Hypotheses at a time, the likeliest first."""
-APART = 2.0
+TOLD_APART = 2.0
 """Standard deviations, as they count at the temperature of names, from which two hypotheses count as told apart by the
 records to come: odds of 7 to 1 are expected between them. More: fewer names are promised to be parted."""
 
 # Information
 MOST_SEPARATION = 1e6
 """Standard deviations: where the search for a needed separation ends."""
-SAME = 0.98
+ONE_DIRECTION = 0.98
 """Correlation from which two directions are one. Less: laws that differ are taken for one; more: slower."""
 
 # Candidates
@@ -38,7 +38,7 @@ ANGLE_MARGIN = 0.05
 expected of it. Less: records that end in a fault. More: smaller records."""
 
 # A designed session
-LEAST_GAIN = 0.001
+LEAST_SCORE_GAIN = 0.001
 """Of the score, that a further record adds at least. More: shorter sessions. Less: records that tell nothing."""
 
 # What a rig can tell

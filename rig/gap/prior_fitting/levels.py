@@ -33,8 +33,9 @@ LIKELY = 0.9
 """Mass at which a normal spread is made as wide as Student's. More: wider."""
 PULL = 0.02
 """How firmly levels are held to the start, per squared factor e, in nats."""
-ROUNDS = 20
-SHARES = (0.0, 0.2, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9)
+LEVEL_ROUNDS = 20
+"""Iterations of the search for levels at most."""
+OFFSET_SHARES = (0.0, 0.2, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9)
 """Shares of the monitors' offsets that are tried."""
 
 
@@ -77,22 +78,22 @@ def fit_builds(families: Sequence[Sequence[Parts]], levels: FactorLevels, prior:
 def _log_missed(factor: Factor) -> float:
     """Logarithm of the likeliest share of the usual rms by which a day without a gap is missed."""
     logs, healthy = np.linspace(-MOST_MISSED, MOST_MISSED, 2 * MISSED_STEPS - 1), factor.healthy
-    said = [
+    densities = [
         replace(healthy, variance=share * healthy.variance).log_density(factor.gap_lines) for share in np.exp(2 * logs)
     ]
-    return float(logs[int(np.argmax(said))])
+    return float(logs[int(np.argmax(densities))])
 
 
 def fit_monitors(
     families: Sequence[Sequence[tuple[Parts, Parts]]], pressures: FactorLevels, angle: FactorLevels, prior: Prior
 ) -> float:
     """The share of the monitors' offsets that is their own error (`Levels.monitors`), from pressures and angle of the
-    same healthy days: the likeliest of SHARES, every family's mean day counting alike."""
-    said = [
-        [_mean([_tied(*day, Levels(pressures, angle, 0.0, share), prior) for day in days]) for share in SHARES]
+    same healthy days: the likeliest of OFFSET_SHARES, every family's mean day counting alike."""
+    densities = [
+        [_mean([_tied(*day, Levels(pressures, angle, 0.0, share), prior) for day in days]) for share in OFFSET_SHARES]
         for days in families
     ]
-    return SHARES[int(np.argmax(np.sum(said, axis=0)))]
+    return OFFSET_SHARES[int(np.argmax(np.sum(densities, axis=0)))]
 
 
 def _tied(pressures: Parts, angle: Parts, levels: Levels, prior: Prior) -> float:
@@ -118,15 +119,18 @@ def _of_family(days: Sequence[Parts], prior: Prior) -> Column:
 
     def cost(x: Column) -> tuple[float, Column]:
         here = _levels(names, x, 0.0)
-        slope, said = 2.0 * PULL * (x - start), -PULL * float(np.sum((x - start) ** 2))
+        slope, density = 2.0 * PULL * (x - start), -PULL * float(np.sum((x - start) ** 2))
         for day, gap in zip(days, residuals, strict=True):
             healthy = day.factor(here, prior).healthy
-            said += healthy.log_density(gap)
+            density += healthy.log_density(gap)
             slope -= _slope(day, here, names, healthy.log_slopes(gap))
-        return -said, slope
+        return -density, slope
 
-    bounds = [(None, float(np.log(MOST[name])) if name in MOST else None) for name in names] + [(None, None)] * 2
-    found: Column = minimize(cost, start, jac=True, method="L-BFGS-B", bounds=bounds, options={"maxiter": ROUNDS}).x
+    largest = [float(np.log(MOST[name])) if name in MOST else None for name in names]
+    bounds = [(None, most) for most in (*largest, None, None)]
+    found: Column = minimize(
+        cost, start, jac=True, method="L-BFGS-B", bounds=bounds, options={"maxiter": LEVEL_ROUNDS}
+    ).x
     return found
 
 

@@ -13,7 +13,7 @@ from rig.gap.priors import Prior, UsualSizes
 
 SCALES = tuple(float(x) for x in np.exp(np.linspace(np.log(0.05), np.log(3.0), 21)))
 """That are tried, in floors. Below, an effect is lost in what days differ by; beyond, it is a gap in anybody's eyes."""
-LEAST_GAIN = 1.0
+LEAST_NATS = 1.0
 """Nats, over all families, that another effect must bring (Akaike, IEEE Trans. Autom. Control 19, 1974)."""
 HALF = float(np.log(0.5))
 
@@ -47,7 +47,7 @@ def fit_usual(families: Sequence[Sequence[Factors]], prior: Prior) -> UsualSizes
             if effect not in scales
         ]
         gained, effect, scale = max(tried)
-        if gained < best + LEAST_GAIN:
+        if gained < best + LEAST_NATS:
             return UsualSizes(scales) if scales else None
         scales[effect], best = scale, gained
 

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from rig.gap.raw_tests.settings import BELOW_ZERO_MPA, CLEAR, DAYS_MEAN_MPA
+from rig.gap.raw_tests.settings import BELOW_ZERO_MPA, DAYS_MEAN_MPA, STANDS_OUT
 from rig.gap.raw_tests.signature import MONITOR, Signature
 from rig.gap.raw_tests.statistics import between_days, by_chance
 from rig.identify.records.monitors import broken_monitor, monitor_trouble, nothing_answers
@@ -19,7 +19,7 @@ def mean_pressure(cases: Sequence[Record], sessions: Sequence[Sequence[Record]])
     days = [_mean_mpa(session) for session in sessions]
     shift = _mean_mpa(cases) - float(np.mean(days))
     spread, degrees = between_days(days, DAYS_MEAN_MPA)
-    found = abs(shift) > CLEAR * max(float(np.std(days)), DAYS_MEAN_MPA)
+    found = abs(shift) > STANDS_OUT * max(float(np.std(days)), DAYS_MEAN_MPA)
     text = f"the mean pressure lies {1e3 * shift:+.2f} kPa from that of the earlier days"
     return Signature(
         "mean pressure",

@@ -11,7 +11,6 @@ from rig.columns import THIRD_DIFFERENCE_POWER, filled_in, rms, white_noise
 from rig.gap.raw_tests.noise_levels import Measure, angles_of, level_deg, white_level_deg
 from rig.gap.raw_tests.settings import (
     BESIDE_TO_HZ,
-    CLEAR,
     DAYS_NOISE,
     LEAST_LOUDER,
     MOST_HEAVY,
@@ -19,7 +18,8 @@ from rig.gap.raw_tests.settings import (
     ROWS_NOISE,
     SLOPE_ROWS,
     SLOPE_S,
-    SMOOTHED,
+    SMOOTHED_VARIANCE,
+    STANDS_OUT,
     SWITCHED,
     TESTS,
     UNEVEN_ROWS,
@@ -98,7 +98,7 @@ def _signature(own: float, against: "_Against", found: bool, heaviness: float, t
         sizes={"std_deg": about(size, against.variance_spread / max(size, 1e-12), 0.0)},
         p_value=against.p_value,
         variance_deg2=size**2 if found else 0.0,
-        smoothed_deg2=SMOOTHED * size**2 if found else 0.0,
+        smoothed_deg2=SMOOTHED_VARIANCE * size**2 if found else 0.0,
     )
 
 
@@ -124,7 +124,7 @@ def _against(own: float, levels: Sequence[float], unsure: float) -> _Against:
     between, degrees = between_days(np.log(levels).tolist() if known else [], DAYS_NOISE)
     days = float(np.hypot(between, unsure))
     louder = float(np.log(own / usual)) if known else 0.0
-    plainly = louder > max(LEAST_LOUDER, CLEAR * max(_spread(levels), DAYS_NOISE, unsure))
+    plainly = louder > max(LEAST_LOUDER, STANDS_OUT * max(_spread(levels), DAYS_NOISE, unsure))
     p_value = by_chance(louder, days, degrees, len(levels)) if known else None
     spread = days * float(np.hypot(own**2, usual**2 / np.sqrt(max(len(levels), 1))))
     return _Against(usual, bool(plainly), p_value, spread)

@@ -24,7 +24,7 @@ from rig.gap.raw_tests.statistics import about
 from rig.gap.records.settings import FEWEST_VALUES, MOST_DIFFERENT
 from rig.record import Column, Record
 
-STEP = "quantisation step"
+STEP_TEST = "quantisation step"
 """The test's name."""
 
 
@@ -50,7 +50,7 @@ def quantisation_step(
     )
     text += CUT_OFF[code]
     return Signature(
-        STEP,
+        STEP_TEST,
         "quantisation",
         found,
         value=step,
@@ -82,7 +82,7 @@ def step_deg(angles: Sequence[Column]) -> tuple[float, float]:
 def code_found(signatures: Sequence[Signature]) -> tuple[float, ConverterCode]:
     """The step (deg) that was found, and how its codes are made; (0, NEAREST) without one."""
     for one in signatures:
-        if one.found and one.test == STEP:
+        if one.found and one.test == STEP_TEST:
             return one.value, ConverterCode(int(one.numbers.get("code", ConverterCode.NEAREST)))
     return 0.0, ConverterCode.NEAREST
 

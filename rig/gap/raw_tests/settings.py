@@ -3,7 +3,7 @@
 "Development" names cases of the reference plant that are never scored, and the practice set.
 """
 
-CLEAR = 5.0
+STANDS_OUT = 5.0
 """Standard deviations by which a share or a level must stand out. TESTS tests on every case at 5 leave one false
 one in 10^5 cases by chance; days that differ more than their spread says are why it is not 3."""
 TESTS = 12
@@ -40,7 +40,7 @@ CODES_APART = 0.8
 Higher: day-to-day differences decide."""
 HALF_STEP_LOW = 0.1
 """A zero that is half a step too low within so many steps is a converter that cuts off, not a zero."""
-SMOOTHED = 0.25
+SMOOTHED_VARIANCE = 0.25
 """Share of a white disturbance's variance that the smoothing lets through, generously (a Gaussian of 12 ms at 5 ms:
 0.12)."""
 
@@ -61,8 +61,8 @@ SPEEDS_PER_DOUBLING = 2
 SPEED_CLASSES = 14
 """Classes of speed; the last holds what is faster."""
 LOST_CLEAR = 4.0
-"""Standard deviations for repeats, 3 in 10^5: less than CLEAR, because the jump after them is a second, independent
-sign."""
+"""Standard deviations for repeats, 3 in 10^5: less than STANDS_OUT, because the jump after them is a second,
+independent sign."""
 LEAST_REPEATING = 0.001
 """No class of speed is believed to repeat more seldom by chance: it bounds the weight of the fastest rows."""
 MOST_REPEATING = 0.999
@@ -118,7 +118,7 @@ LOWEST_LINE_HZ = 8.0
 """Where sampling folds the mains below this, the motion hides it."""
 HIGHEST_MARGIN_HZ = 1.0
 """Distance from half the sampling rate."""
-LEAST_LEFT = 0.1
+LEAST_AMPLITUDE_LEFT = 0.1
 """Share of an amplitude that is left once the motion is taken off, from which on it is told as it was: 0.17 at the
 lowest line."""
 LINE_CLEAR, LINE_MORE = 6.0, 2.0

@@ -14,7 +14,7 @@ from rig.gap.raw_tests.settings import (
     HANN_LOBE,
     HANN_LOSS,
     HIGHEST_MARGIN_HZ,
-    LEAST_LEFT,
+    LEAST_AMPLITUDE_LEFT,
     LINE_ALONE,
     LINE_CLEAR,
     LINE_MORE,
@@ -25,7 +25,7 @@ from rig.gap.raw_tests.settings import (
     NOTCH_WIDTH_HZ,
     SIDEBAND_FROM_HZ,
     SIDEBANDS_ALIKE,
-    SMOOTHED,
+    SMOOTHED_VARIANCE,
     TONE_ALONE,
     TONE_AROUND_HZ,
     TONE_CLEAR,
@@ -81,7 +81,7 @@ def mains_line(cases: Sequence[Spectrum], sessions: Sequence[Sequence[Spectrum]]
         sizes=sizes,
         p_value=line.p_value,
         variance_deg2=added,
-        smoothed_deg2=SMOOTHED * added,
+        smoothed_deg2=SMOOTHED_VARIANCE * added,
     )
 
 
@@ -118,7 +118,7 @@ def spurious_tone(cases: Sequence[Spectrum], sessions: Sequence[Sequence[Spectru
         sizes=sizes,
         p_value=_by_chance(float(own[k]), around, int(free.sum())),
         variance_deg2=added,
-        smoothed_deg2=SMOOTHED * added,
+        smoothed_deg2=SMOOTHED_VARIANCE * added,
     )
 
 
@@ -270,7 +270,7 @@ def _fast_spectrum(record: Record) -> Spectrum:
     rest = angle - smoothed(angle, SMOOTHING_S * rate, mirrored=True)
     frequency: Column = np.fft.rfftfreq(len(rest), 1.0 / rate).astype(np.float64)
     kept = 1.0 - response_of_smoothing(SMOOTHING_S * rate, frequency / rate)
-    return Spectrum(rate, frequency, _power(rest) / np.maximum(kept, LEAST_LEFT) ** 2)
+    return Spectrum(rate, frequency, _power(rest) / np.maximum(kept, LEAST_AMPLITUDE_LEFT) ** 2)
 
 
 def _power(column: Column) -> Column:

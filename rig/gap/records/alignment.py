@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from rig.columns import vertex_offset
 from rig.gap.records.dropouts import Rows
 from rig.gap.records.periods import period_rows
 from rig.gap.records.settings import (
@@ -35,7 +36,7 @@ class Alignment:
         return self.off < SAME_COMMAND
 
 
-APART = Alignment(np.inf, 0.0)
+NO_OVERLAP = Alignment(np.inf, 0.0)
 
 
 def align(record: Record, other: Record) -> Alignment:
@@ -43,7 +44,7 @@ def align(record: Record, other: Record) -> Alignment:
     overlap enough."""
     length = min(_length_s(record), _length_s(other))
     if length < OVERLAP * max(_length_s(record), _length_s(other)) and length < SHORTEST_S:
-        return APART
+        return NO_OVERLAP
     unshifted = Alignment(_off(record, other, 0.0), 0.0)
     if unshifted.off < ALIGNED or not _could_fit(record, other):
         return unshifted
@@ -107,10 +108,7 @@ def _best_shift(record: Record, other: Record, length_s: float) -> float:
     shifts = np.arange(-most, most + 1)
     overlap = across[shifts] / (len(t) - np.abs(shifts))
     k = int(np.argmax(overlap))
-    if 0 < k < len(shifts) - 1:
-        before, at, after = overlap[k - 1 : k + 2]
-        return float(shifts[k] + 0.5 * (before - after) / min(before - 2 * at + after, -1e-30)) * ALIGN_STEP_S
-    return float(shifts[k]) * ALIGN_STEP_S
+    return float(shifts[k] + vertex_offset(overlap, k)) * ALIGN_STEP_S
 
 
 def _finer(record: Record, other: Record, shift_s: float) -> float:
@@ -118,10 +116,9 @@ def _finer(record: Record, other: Record, shift_s: float) -> float:
     shifts = shift_s + ALIGN_STEP_S * np.arange(-2.0, 2.5, 0.5)
     left = np.array([_off(record, other, float(one)) ** 2 for one in shifts])
     k = int(np.argmin(left))
-    if not 0 < k < len(shifts) - 1 or not np.isfinite(left).all():
+    if not np.isfinite(left).all():
         return float(shifts[k])
-    before, at, after = left[k - 1 : k + 2]
-    return float(shifts[k] + 0.25 * ALIGN_STEP_S * (before - after) / max(before - 2 * at + after, 1e-30))
+    return float(shifts[k] + 0.5 * ALIGN_STEP_S * vertex_offset(left, k))
 
 
 def _most_rows(command: Column, rows: int) -> int:

@@ -48,14 +48,14 @@ def difference(record: Record, other: Record) -> ConditionDifference | None:
 def _other_rest(record: Record, other: Record) -> ConditionDifference | None:
     """Where only one of two records says its P0, the other's measured one must not be far from it; nor may the
     pressures that both measured be near each other, which is how a shift of both looks."""
-    said = [commanded_rest(each) for each in (record, other)]
-    if (said[0] is None) == (said[1] is None):
+    commanded = [commanded_rest(each) for each in (record, other)]
+    if (commanded[0] is None) == (commanded[1] is None):
         return None
-    seen = [measured_rest(each) for each in (record, other)]  # by both monitors' whole courses: takes longest
-    if seen[0] is None or seen[1] is None:
+    measured = [measured_rest(each) for each in (record, other)]  # by both monitors' whole courses: takes longest
+    if measured[0] is None or measured[1] is None:
         return None
-    mine, theirs = (told if told is not None else read for told, read in zip(said, seen, strict=True))
-    if mine is None or theirs is None or min(abs(mine - theirs), abs(seen[0] - seen[1])) <= SHIFTED_MPA:
+    mine, theirs = (own if own is not None else read for own, read in zip(commanded, measured, strict=True))
+    if mine is None or theirs is None or min(abs(mine - theirs), abs(measured[0] - measured[1])) <= SHIFTED_MPA:
         return None
     return ConditionDifference("p0_mpa", mine, theirs, SHIFTED_MPA)
 

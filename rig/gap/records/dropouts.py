@@ -16,7 +16,6 @@ from rig.gap.records.filtered import before_filter, passed_in_a_row, through_fil
 from rig.gap.records.open_input import OpenInput, open_input
 from rig.gap.records.settings import (
     ABRUPT,
-    EXACT,
     FEWEST_DROPOUTS,
     FEWEST_ROWS,
     FEWEST_VALUES,
@@ -30,11 +29,11 @@ from rig.gap.records.settings import (
     RAIL_STEPS,
     RECOVERY_ROWS,
     RETURNS,
+    SAME_SHARE,
 )
-from rig.record import ZERO_FACT, Column, Record
+from rig.record import MEASURED_COLUMNS, ZERO_FACT, Column, Record
 
 Rows = NDArray[np.bool_]
-MEASURED = ("p1_mpa", "p2_mpa", "angle_deg")
 
 
 @dataclass(frozen=True)
@@ -65,7 +64,7 @@ def without_dropouts(records: Sequence[Record]) -> tuple[list[Record], list[tupl
     the highest value of a column are tried as rails; those that the samples cannot tell apart count as one. Falls of
     the angle are found behind a filter as well.
     """
-    found = [_in_columns(records, name) for name in MEASURED]
+    found = [_in_columns(records, name) for name in MEASURED_COLUMNS]
     kept = [tuple(one for column in found for one in column[k]) for k in range(len(records))]
     return [_taken_out(record, mine) for record, mine in zip(records, kept, strict=True)], kept
 
@@ -207,7 +206,7 @@ def _tolerance(column: Column) -> float:
     known = column[np.isfinite(column)]
     values = np.unique(known)
     few = FEWEST_VALUES <= len(values) < MOST_DIFFERENT * len(column)
-    steps = RAIL_STEPS * float(np.median(np.diff(values))) if few else EXACT * float(np.ptp(values) or 1.0)
+    steps = RAIL_STEPS * float(np.median(np.diff(values))) if few else SAME_SHARE * float(np.ptp(values) or 1.0)
     if len(known) <= FEWEST_ROWS:
         return steps
     # what moves far from row to row looks like noise

@@ -17,6 +17,7 @@ from rig.gap.records.settings import LONGEST_BRIDGE_S, LONGEST_GAP_S, SETTLED, W
 from rig.record import Column, Record
 
 COMMANDS = ("dp_cmd_mpa", "p1_cmd_mpa", "p2_cmd_mpa")
+"""The commanded columns."""
 
 
 def holes_of(record: Record, longer_than_s: float = LONGEST_BRIDGE_S) -> list[tuple[float, float]]:

@@ -12,10 +12,10 @@ from typing import Final
 
 import numpy as np
 
-from rig.gap.records.dropouts import MEASURED, Dropouts, Rows, without_dropouts
+from rig.gap.records.dropouts import Dropouts, Rows, without_dropouts
 from rig.gap.records.settings import FAR_OUT, MOST_OUTLIERS, OUTLIER_ROWS, RETURNS, SPREAD_QUANTILE
 from rig.number_text import counted
-from rig.record import Column, Record
+from rig.record import MEASURED_COLUMNS, Column, Record
 
 IN_WORDS: Final = {
     "angle_deg": ("the angle", "deg"), "p1_mpa": ("the monitor of p1", "MPa"), "p2_mpa": ("the monitor of p2", "MPa")
@@ -45,7 +45,7 @@ def fall_notes(records: Sequence[Record], dropouts: Sequence[tuple[Dropouts, ...
 def _without_outliers(record: Record, notes: list[str], kind: str) -> Record:
     """The record with outliers missing (NaN); what was taken out goes into the notes."""
     changed: dict[str, Column] = {}
-    for name in MEASURED:
+    for name in MEASURED_COLUMNS:
         column = getattr(record, name)
         rows = None if column is None else outliers(column)
         if column is not None and rows is not None and rows.any():

@@ -11,7 +11,7 @@ from typing import Any
 
 from rig.conditions import conditions
 from rig.errors import RecordError
-from rig.gap.records.alignment import APART, Alignment, align
+from rig.gap.records.alignment import NO_OVERLAP, Alignment, align
 from rig.gap.records.conditions import difference
 from rig.gap.records.settings import SAME_COMMAND
 from rig.gap.records.usable import reasons
@@ -78,7 +78,7 @@ def find_partner(record: Record, session: Sequence[Record], number: int) -> tupl
 def _unpaired(record: Record, tried: Sequence[tuple[Record, Alignment]], by: str, number: int) -> Match:
     other, found = min(tried, key=lambda each: each[1].off)
     unlike = difference(record, other)
-    if found is APART:
+    if found is NO_OVERLAP:
         off, why = None, f"{other.name} is too short beside it"
     elif found.same and unlike is not None:
         off, why = found.off, unlike.text if other.name == record.name else f"{other.name}: {unlike.text}"

@@ -30,7 +30,7 @@ FEWEST_ROWS = 3
 """Rows of a column in which a fall and its two sides fit."""
 FEWEST_VALUES, MOST_DIFFERENT = 3, 0.5
 """Different values, as a number and as a share of the rows, between which a column has a converter's step."""
-EXACT = 1e-9
+SAME_SHARE = 1e-9
 """Share of a column's range within which values without such a step are the same."""
 FEWEST_DROPOUTS = 3
 """Samples that fell to one rail from which on they are drop-outs and not outliers; 0.5 % of two 20 s records are 40."""
@@ -80,8 +80,6 @@ SETTLED = 0.25
 
 SHORTEST_S = 2.0
 """A record shorter than this is not used, s: no effect that is slow shows in it."""
-LEAST_ROWS = 50
-"""Fewer rows show no response."""
 LEAST_SAMPLED = 0.5
 """Share of its own time that a record has to be sampled: rows times their usual distance, over its length."""
 LEAST_MEASURED = 0.5
@@ -96,7 +94,7 @@ which it is almost (this share of) the largest of either sign. A later lag: a si
 ANGLE_AGAINST = -0.7
 """Correlation of all records' angles with what is expected below which the sign is turned: a rig that is late by a
 third of a period is still above -0.5."""
-RADIANS = (0.75 * math.pi / 180, 1.25 * math.pi / 180)
+SPREAD_IN_RADIANS = (0.75 * math.pi / 180, 1.25 * math.pi / 180)
 """An angle that spreads by this share of the baseline's is the same angle in radians."""
 STRANGE = 4.0
 """A model that moves this many times as far as the rig, or as little, is no reference."""

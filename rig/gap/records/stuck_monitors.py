@@ -17,6 +17,7 @@ from rig.number_text import counted
 from rig.record import Column, Record
 
 MONITORS = ("p1_mpa", "p2_mpa")
+"""The columns of measured pressures."""
 
 
 def without_stuck_monitors(records: Sequence[Record]) -> tuple[list[Record], list[str]]:

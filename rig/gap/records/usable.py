@@ -18,13 +18,12 @@ from rig.gap.records.settings import (
     HALF_TURN_DEG,
     LEAST_COMMAND_MPA,
     LEAST_MEASURED,
-    LEAST_ROWS,
     LEAST_SAMPLED,
     LONGEST_BRIDGE_S,
     LONGEST_GAP_S,
     MOST_REASONS,
-    RADIANS,
     SHORTEST_S,
+    SPREAD_IN_RADIANS,
     STILL_DEG,
     STRANGE,
     UNIT_SHAPE,
@@ -32,6 +31,7 @@ from rig.gap.records.settings import (
 from rig.identify.records.causality import before_command, subject_of
 from rig.identify.records.data import strange_units
 from rig.identify.records.monitors import (
+    LEAST_ROWS,
     LONGEST_LAG_S,
     STILL_MPA,
     correlations,
@@ -77,8 +77,8 @@ def early(records: Sequence[Record]) -> str:
     """A note where the records of a day together have an effect before its cause; empty where they have not. Records
     whose rows are no course over time are left out."""
     read = [record for record in records if not _badly_sampled(record)]
-    said = before_command(read)
-    return f"{subject_of(read)}: {said}" if said else ""
+    finding = before_command(read)
+    return f"{subject_of(read)}: {finding}" if finding else ""
 
 
 def _badly_sampled(record: Record) -> str:
@@ -232,7 +232,7 @@ def check_scale(record: Record, partners: Sequence[Record | None]) -> None:
         np.nanstd(partner.angle_deg) for partner in partners if partner is not None and partner.angle_deg is not None
     ]
     share = float(np.nanstd(record.angle_deg) / np.median(spreads)) if spreads else 1.0
-    if RADIANS[0] < share < RADIANS[1]:
+    if SPREAD_IN_RADIANS[0] < share < SPREAD_IN_RADIANS[1]:
         raise RecordError(
             f"{record.name}: the angle moves {1 / share:.3g} times less than in the baselines; is it in radians? "
             "`pamrig log import` converts units"

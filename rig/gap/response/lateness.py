@@ -11,10 +11,11 @@ from rig.model.compiled.stages import compiled
 from rig.model.slots import Values
 from rig.record import Column
 
-STEPS = 3
+LATENESS_STEPS = 3
 """From no delay to that of a column. More: slower, and no other answer while it is below a quarter of a period."""
 MOST_LATE_S = 1.0
-BLOCK = 64
+"""Largest delay that a column is moved by, s."""
+WEIGHED_ROWS = 64
 """Rows that are weighed before any is moved."""
 END_ROWS = 4
 """Over how many rows a column's last slope is read. More: less noise in what follows its end, and more of its bend."""
@@ -74,7 +75,7 @@ def follows(moved: Values, usual: Any, at: Any, dt_s: float) -> tuple[float, flo
     """Where a `Lateness` starts, s, and its growth; `usual` and `at`, which is overwritten, are (1, n)."""
     most, rows = MOST_LATE_S / dt_s, len(moved)
     start, growth = 0.0, 0.0
-    for step in range(STEPS):
+    for step in range(LATENESS_STEPS):
         if step > 0:
             shift(usual, start * dt_s / dt_s, growth, at)  # in seconds and back, to the last bit as `delayed` has it
         further = rows_behind(moved, at[0] if step > 0 else usual[0])
@@ -100,9 +101,9 @@ def shift(columns: Any, rows: float, growth: float, out: Any) -> None:
     """`out` becomes the columns (m, n), so many rows later, and by `growth` more at each row."""
     last = columns.shape[1] - 1
     back = min(END_ROWS, last)
-    whole, weights = np.empty(BLOCK), np.empty((4, BLOCK))
-    for first in range(0, last + 1, BLOCK):
-        count = min(BLOCK, last + 1 - first)
+    whole, weights = np.empty(WEIGHED_ROWS), np.empty((4, WEIGHED_ROWS))
+    for first in range(0, last + 1, WEIGHED_ROWS):
+        count = min(WEIGHED_ROWS, last + 1 - first)
         weigh(rows, growth, first, count, whole, weights)
         for m in range(len(columns)):
             column = columns[m]

@@ -9,7 +9,7 @@ from typing import Final
 
 import numpy as np
 
-from rig.identify.records.monitors import FOLLOWED_S, LONGEST_LAG_S, correlations
+from rig.identify.records.monitors import FOLLOWED_S, LEAST_ROWS, LONGEST_LAG_S, correlations
 from rig.record import MOST_ROWS, Column, Record
 
 LONGEST_LATE_S: Final = 4.0
@@ -23,8 +23,6 @@ LATE_OVER_EARLY: Final = 4.0
 either is told from the other. Less: where the two are alike, as with a single sine, one is chosen."""
 LAGS_LEAVE: Final = 0.01
 """What lags FOLLOWED_S apart leave by themselves, as a share of the motion: half a lag of 3 Hz."""
-_LEAST_ROWS: Final = 50
-"""Fewer rows show no response."""
 
 
 def before_command(records: Sequence[Record]) -> str:
@@ -57,7 +55,7 @@ def _pairs(records: Sequence[Record], name: str, cause: str) -> Iterator[tuple[R
         if "dp_mpa" in (name, cause) and not record.has_pressures:
             continue
         column, drive = getattr(record, name), getattr(record, cause)
-        if column is None or min(np.isfinite(column).sum(), np.isfinite(drive).sum()) < _LEAST_ROWS:
+        if column is None or min(np.isfinite(column).sum(), np.isfinite(drive).sum()) < LEAST_ROWS:
             continue
         if 2.0 * LONGEST_LAG_S < record.t_s[-1] - record.t_s[0] <= MOST_ROWS * FOLLOWED_S:
             yield record, column, drive

@@ -22,9 +22,9 @@ from rig.model.external.simulator import KIND as EXTERNAL
 from rig.model.parameters import Input, Model
 from rig.model.resample import commanded, is_regular, on_grid
 from rig.number_text import counted
-from rig.record import Column, Record
+from rig.record import MEASURED_COLUMNS, Column, Record
 
-SHORTEST_S = 1.0
+SHORTEST_LOOP_S = 1.0
 """A record shorter than this shows no loop at any frequency of the sweep range."""
 LARGEST_GAP = 20
 """Rows missing in one place up to which a record is interpolated; beyond, the state of the muscles is lost."""
@@ -35,7 +35,7 @@ LEAST_OUTPUT_DEG = 0.05
 """Peak to peak below which a record excites nothing."""
 MOST_PRESSURE_MPA = PRESSURE_SIZES[0][0]
 """More than any regulator of the rig can set: another unit."""
-MOST_ANGLE_DEG = 3600.0
+TEN_TURNS_DEG = 3600.0
 """More than a potentiometer of ten turns shows: counts, or a broken value."""
 LEAST_REPEATS = 0.02
 """Share of rows from which equal measurements mean repeated packets, and not a chance of the converters."""
@@ -154,10 +154,10 @@ def cut(record: Record, options: RecordOptions) -> Record:
 def check_length(record: Record) -> None:
     """RecordError for a record too short for anything to be asked of it."""
     length = float(record.t_s[-1] - record.t_s[0]) if len(record) else 0.0
-    if len(record) < 3 or length < SHORTEST_S:
+    if len(record) < 3 or length < SHORTEST_LOOP_S:
         raise RecordError(
             f"{record.name}: too short, {counted(len(record), 'row')} in {length:.3g} s; "
-            f"needed: at least {SHORTEST_S:g} s"
+            f"needed: at least {SHORTEST_LOOP_S:g} s"
         )
 
 
@@ -223,9 +223,9 @@ def strange_units(record: Record) -> str | None:
                 f"{name} reaches {largest:.4g}, more than any regulator gives ({MOST_PRESSURE_MPA:g} MPa); is "
                 f"it in {unit}?"
             )
-    if (largest := _largest(record.angle_deg)) > MOST_ANGLE_DEG:
+    if (largest := _largest(record.angle_deg)) > TEN_TURNS_DEG:
         return (
-            f"angle_deg reaches {largest:.4g}, more than any potentiometer shows ({MOST_ANGLE_DEG:g} deg); is "
+            f"angle_deg reaches {largest:.4g}, more than any potentiometer shows ({TEN_TURNS_DEG:g} deg); is "
             "it in counts?"
         )
     return None
@@ -304,7 +304,7 @@ def repeated_packets(record: Record) -> NDArray[np.bool_]:
 def _without(record: Record, rows: NDArray[np.bool_]) -> Record:
     """The record with those rows' measurements missing; their commands stay."""
     measured: dict[str, Any] = {}
-    for name in ("p1_mpa", "p2_mpa", "angle_deg"):
+    for name in MEASURED_COLUMNS:
         if (column := getattr(record, name)) is not None:
             measured[name] = np.where(rows, np.nan, column)
     return replace(record, **measured)

@@ -21,7 +21,7 @@ FOLLOWS: Final = 0.3
 """A column that follows at all correlates by more than this with what drives it, at some lag up to LONGEST_LAG_S."""
 _FEW: Final = 10
 """Of so many lags one is looked at first: a column that follows is seen to do so at one of these nearly always."""
-_LEAST_ROWS: Final = 50
+LEAST_ROWS: Final = 50
 """Fewer rows show no response."""
 _STILL: Final = 1e-10
 """A stretch whose variance is below this share of the whole column's stands still: what rounding leaves of a sum."""
@@ -31,7 +31,8 @@ def dead_monitor(record: Record) -> str | None:
     """The first monitor that is not heard, in words, or that both read one pressure; None when both are heard, or none
     was measured."""
     dead = next(
-        (f"the monitor of {name} {said}" for name in ("p1", "p2") if (said := monitor_trouble(record, name))), None
+        (f"the monitor of {name} {why}" for name in ("p1", "p2") if (why := monitor_trouble(record, name))),
+        None,
     )
     return dead or ("the monitors of p1 and p2 read the same pressure" if _read_one(record) else None)
 
@@ -81,7 +82,7 @@ def monitor_trouble(record: Record, name: str) -> str | None:
 
 def follows(record: Record, column: Column, command: Column) -> bool:
     """Whether a column (n,) has anything to do with a command (n,), either way round and with some lag."""
-    if min(np.isfinite(column).sum(), np.isfinite(command).sum()) < _LEAST_ROWS:
+    if min(np.isfinite(column).sum(), np.isfinite(command).sum()) < LEAST_ROWS:
         return True
     if record.t_s[-1] - record.t_s[0] > MOST_ROWS * FOLLOWED_S:
         return True  # a time stamp is wrong, which is told by who puts the record onto a grid

@@ -17,8 +17,8 @@ days; laboratories set P0 in steps of 50 kPa. Within a day they were commanded; 
 pressures may be shifted. Less: a fault of one record is taken for another P0."""
 _LEAST_MPA: Final = 0.001
 """Less than any regulator holds, MPa."""
-_STEP_DIGITS: Final = 2
-"""P0 is set in whole 10 kPa."""
+REST_DIGITS: Final = 2
+"""P0 is set in whole 10 kPa, so a measured one is rounded to them."""
 
 
 def measured_rest(record: Record) -> float | None:
@@ -46,7 +46,7 @@ def far_from_all(p0_mpa: float, records: Sequence[Record]) -> str:
     rests = [rest for rest in known if rest is not None]
     if not rests or min(abs(rest - p0_mpa) for rest in rests) <= SHIFTED_MPA:
         return ""
-    around = " and ".join(sorted({f"{rest:.{_STEP_DIGITS}f}" for rest in rests}))
+    around = " and ".join(sorted({f"{rest:.{REST_DIGITS}f}" for rest in rests}))
     return f"P0 is {p0_mpa:g} MPa, as --p0 says; the pressures of these records lie around {around} MPa: is it right?"
 
 
@@ -62,7 +62,7 @@ def require_rest(p0_mpa: float, who: str) -> None:
 
 def taken_for(record: Record, rest_mpa: float) -> Record:
     """The record, taken to be commanded around that P0."""
-    return replace(record, facts={**record.facts, MEASURED_REST: round(rest_mpa, _STEP_DIGITS)})
+    return replace(record, facts={**record.facts, MEASURED_REST: round(rest_mpa, REST_DIGITS)})
 
 
 def at_own_rest(records: Sequence[Record]) -> tuple[list[Record], str]:

@@ -34,13 +34,13 @@ from rig.model.response.model import REGULATOR_TERMS, Regulator, regulators_of
 from rig.record import Column, Record
 from rig.smoothing import smoothed
 
-LEAST_ROWS = 10.0 * RESPONSE_TERMS
+LEAST_BANK_ROWS = 10.0 * RESPONSE_TERMS
 """Fewer rows of the grid than this, in all records together, do not determine the bank."""
 MOST_HOLES = 0.4
 """Share of a monitor's rows; a logger that stores every fourth packet twice leaves a quarter."""
 LEAST_RECORDS = 3
 """From so many on, each record is predicted by a fit to the others."""
-DIGITS = 9
+FILE_DIGITS = 9
 """Significant digits of the numbers in the file."""
 
 
@@ -66,7 +66,7 @@ def make_fingerprint(data: Sequence[Prepared], model: Model) -> Fingerprint | No
     )
     given = None if measured else regulators_of(model)
     records = [record for each in data if _whole(record := _gridded(each, model.p0_mpa, given))]
-    if sum(float(record.drive.used.sum()) for record in records) < LEAST_ROWS:
+    if sum(float(record.drive.used.sum()) for record in records) < LEAST_BANK_ROWS:
         return None
     made = _response_part(records, given, model)
     made = _misfit_part(made, records)
@@ -232,7 +232,7 @@ def _range(columns: Sequence[Column]) -> tuple[float, float]:
 
 
 def _short(number: float) -> float:
-    return float(f"{number:.{DIGITS}g}")
+    return float(f"{number:.{FILE_DIGITS}g}")
 
 
 def _row(numbers: Iterable[float]) -> tuple[float, ...]:

@@ -26,6 +26,7 @@ longer. It keeps noise from rattling in the bank's plays."""
 RIDGE = 1e-6
 """Of the bank's weights, in units of each term's own spread: its low-passes and plays are nearly dependent."""
 BALANCE_RIDGE = 1e-4
+"""Of the joint's balance, in the same units: its terms come from one motion, and are nearly dependent."""
 BALANCE_SMOOTHING_S = 0.025
 """Standard deviation of the smoothing of the balance's terms, which hold second derivatives."""
 MOST_SLIP, MOST_VISCOUS_S, MOST_INERTIA_S = 50.0, 2.0, 0.5
@@ -34,6 +35,7 @@ CORRECTION_RIDGE = 1e-6
 """Of a regulator's correction, in units of each term's own power."""
 REGULATOR_LOW, REGULATOR_HIGH = np.array([0.0, 2e-3, 2e-3]), np.array([0.5, 1.0, 1.0])
 REGULATOR_STARTS: tuple[Regulator, ...] = ((0.01, 0.04, 0.04), (0.06, 0.1, 0.1))
+"""Dead time, fill and exhaust time constant (s) from which a fit begins: a quick regulator and a slow one."""
 MOST_EXPONENT = 2.0
 """Of the law of the mean pressure."""
 EXPONENT_TO, EXPONENTS = 0.02, 7
@@ -80,8 +82,8 @@ def fit_regulator(
 
 def _missed(line: RegulatorRecord, regulator: Sequence[float] | Column) -> Column:
     """What a regulator leaves of its pressure, MPa, apart from an offset; 0 in rows that do not count."""
-    said = regulated(line.command_mpa, regulator[0], regulator[1], regulator[2], line.dt_s)
-    return _without_offset(line.pressure_mpa - said, line.used)
+    regulated_mpa = regulated(line.command_mpa, regulator[0], regulator[1], regulator[2], line.dt_s)
+    return _without_offset(line.pressure_mpa - regulated_mpa, line.used)
 
 
 def _without_offset(column: Column, used: Column) -> Column:
@@ -102,9 +104,9 @@ def fit_correction(lines: Sequence[RegulatorRecord], regulator: Regulator, p0_mp
 
 def _correction_rows(line: RegulatorRecord, regulator: Regulator, p0_mpa: float) -> tuple[Column, Column]:
     """Terms (n, REGULATOR_TERMS) and what they are to explain (n,), nought in rows that do not count."""
-    said = regulated(line.command_mpa, *regulator, line.dt_s)
-    terms = regulator_terms(said, p0_mpa, line.dt_s) * line.used[:, None]
-    return terms, (line.pressure_mpa - said) * line.used
+    regulated_mpa = regulated(line.command_mpa, *regulator, line.dt_s)
+    terms = regulator_terms(regulated_mpa, p0_mpa, line.dt_s) * line.used[:, None]
+    return terms, (line.pressure_mpa - regulated_mpa) * line.used
 
 
 def corrected_misfit_mpa(

@@ -51,6 +51,7 @@ _STARTS = ((0.05, 19.8), (0.05, 1.0))
 
 
 _MOST_STEPS = 80
+"""Steps of one fit at most."""
 _SLOPE_TICKS = 10
 """Ticks over which the steepest change of a fitted pressure is taken; over fewer, a corner of the set-point counts."""
 

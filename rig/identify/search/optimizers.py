@@ -212,3 +212,4 @@ def make_optimizer(name: str, dimension: int, seed: int, settings: SwarmSettings
 
 
 OPTIMIZERS = ("pso", "cma-es", "de")
+"""The names that `make_optimizer` knows; the paper's particle swarm first."""

@@ -12,7 +12,7 @@ from rig.log.foreign.units import UNITS, spelt
 
 MOST_SKIPPED: Final = 40
 """Lines before the header that are looked at."""
-LEAST_ROWS: Final = 3
+LEAST_NUMBER_ROWS: Final = 3
 """Rows of numbers below a header, where the file has no more."""
 _ROWS: Final = 10
 """Rows below a header that are looked at: what is said before a table may look like a short one (LabVIEW's .lvm)."""
@@ -24,7 +24,7 @@ def sniff(path: Path, lines: Sequence[str]) -> Style:
     that are not; RecordError, which names the file at `path`, when none has two of them."""
     most, best = (1, 0), Style()
     for separator, decimal in _STYLES:
-        for skip in range(min(MOST_SKIPPED, max(len(lines) - LEAST_ROWS, 0))):
+        for skip in range(min(MOST_SKIPPED, max(len(lines) - LEAST_NUMBER_ROWS, 0))):
             style = Style(separator, decimal, skip, _has_units(lines[skip : skip + 2], separator))
             below = skip + 1 + style.units_row
             numbers, others = _columns([lines[skip], *lines[below : below + _ROWS]], separator, decimal)
@@ -49,7 +49,7 @@ def _columns(lines: list[str], separator: str, decimal: str) -> tuple[int, int]:
     where it cannot be that: rows of another length, or numbers above all the numbers."""
     header, *rows = csv.reader([line[:LONGEST_HEADER] for line in lines], delimiter=separator)
     rows = [filled(row, header) for row in rows if row]
-    if len(rows) < LEAST_ROWS or any(len(row) != len(header) for row in rows):
+    if len(rows) < LEAST_NUMBER_ROWS or any(len(row) != len(header) for row in rows):
         return 0, 0
     numbers = [all(is_value(row[column], decimal) for row in rows) for column in range(len(header))]
     if all(is_value(name, decimal) for name, number in zip(header, numbers, strict=True) if number):

@@ -55,10 +55,11 @@ class Ended(StrEnum):
 _CRC_KEY = "crc32"
 _NUMBERS: Final = ("p0_mpa", "frequency_hz", "amplitude_mpa")
 _COUNTS: Final = ("started_ns", "period_ns", "repeat", "seed", "ticks", "records", "missed", "dropped")
-"""Facts that others count on being numbers, and whole numbers from 0 to MOST."""
+"""Facts that others count on being numbers, and whole numbers from 0 to MOST_INT64."""
 _MOST_NUMBER: Final = 1e300
 """A number of the facts beyond it is none: what is computed with it would end in infinity."""
-MOST: Final = (1 << 63) - 1
+MOST_INT64: Final = (1 << 63) - 1
+"""The largest signed number of 64 bits."""
 
 
 def sample_descriptor_set() -> bytes:
@@ -153,7 +154,9 @@ def unsound(facts: Mapping[str, Any]) -> dict[str, str]:
     """Facts that are of another kind than their name says, with what they should be. A file may hold anything."""
     wrong = {name: "a number" for name in _NUMBERS if name in facts and not _is_number(facts[name])}
     return wrong | {
-        name: f"a whole number from 0 to {MOST}" for name in _COUNTS if name in facts and not _is_count(facts[name])
+        name: f"a whole number from 0 to {MOST_INT64}"
+        for name in _COUNTS
+        if name in facts and not _is_count(facts[name])
     }
 
 
@@ -188,7 +191,7 @@ def _is_number(value: object) -> bool:
 
 
 def _is_count(value: object) -> bool:
-    return isinstance(value, int) and not isinstance(value, bool) and 0 <= value <= MOST
+    return isinstance(value, int) and not isinstance(value, bool) and 0 <= value <= MOST_INT64
 
 
 def _crc(texts: Mapping[str, str]) -> str:

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from rig.model.parameters import Model
     from rig.record import Record
 
-PLACES = ("../shared/practice",)
+PRACTICE_PLACES = ("../shared/practice",)
 """Where the practice set may lie, from the working folder; or the environment variable PAMRIG_PRACTICE."""
 UNITS = ("unit_a", "unit_b")
 _ALONE = "no other diagnosis of such a rig is known to measure beside"
@@ -78,7 +78,7 @@ def bench_gap() -> dict[str, Any]:
 
 
 def _practice() -> Path:
-    for place in (os.environ.get("PAMRIG_PRACTICE", ""), *PLACES):
+    for place in (os.environ.get("PAMRIG_PRACTICE", ""), *PRACTICE_PLACES):
         if place and (Path(place) / "labels.json").is_file():
             return Path(place)
     raise RecordError("bench gap: no practice set; run beside ../shared/practice or set PAMRIG_PRACTICE to its folder")

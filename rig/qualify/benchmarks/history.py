@@ -17,7 +17,7 @@ from rig.record import Column
 
 SERIES: Final = 500
 """Histories of each kind."""
-DAYS: Final = 20
+HISTORY_DAYS: Final = 20
 GAP_DEG: Final = 0.1
 """Of a healthy day, in the middle."""
 
@@ -25,10 +25,12 @@ GAP_DEG: Final = 0.1
 def bench_history() -> dict[str, Any]:
     """False alarms of healthy histories, and changes found, in per cent with intervals."""
     kinds: dict[str, Callable[[Generator], Column]] = {
-        "false alarms, normal days": lambda random: GAP_DEG + 0.02 * random.standard_normal(DAYS),
-        "false alarms, log-normal days": lambda random: GAP_DEG * np.exp(0.5 * random.standard_normal(DAYS)),
-        "false alarms, wild days (t, 2 degrees)": lambda random: GAP_DEG + 0.02 * random.standard_t(2, DAYS),
-        "false alarms, 60 log-normal days": lambda random: GAP_DEG * np.exp(0.5 * random.standard_normal(3 * DAYS)),
+        "false alarms, normal days": lambda random: GAP_DEG + 0.02 * random.standard_normal(HISTORY_DAYS),
+        "false alarms, log-normal days": lambda random: GAP_DEG * np.exp(0.5 * random.standard_normal(HISTORY_DAYS)),
+        "false alarms, wild days (t, 2 degrees)": lambda random: GAP_DEG + 0.02 * random.standard_t(2, HISTORY_DAYS),
+        "false alarms, 60 log-normal days": lambda random: (
+            GAP_DEG * np.exp(0.5 * random.standard_normal(3 * HISTORY_DAYS))
+        ),
         "false alarms, days that remember (correlation 0.5)": _remembering,
         "found: a step of 2 deviations": lambda random: _stepped(random, 2.0),
         "found: a step of 4 deviations": lambda random: _stepped(random, 4.0),
@@ -51,12 +53,14 @@ def _days(gaps_deg: Column) -> list[Day]:
 
 def _remembering(random: Generator) -> Column:
     """Each day half as far off as the day before, and half anew."""
-    off = random.standard_normal(DAYS)
-    for k in range(1, DAYS):
+    off = random.standard_normal(HISTORY_DAYS)
+    for k in range(1, HISTORY_DAYS):
         off[k] = 0.5 * off[k - 1] + np.sqrt(0.75) * off[k]
     return GAP_DEG + 0.02 * off
 
 
 def _stepped(random: Generator, deviations: float) -> Column:
     """From the middle on another level."""
-    return GAP_DEG + 0.02 * (random.standard_normal(DAYS) + deviations * (np.arange(DAYS) >= DAYS // 2))
+    return GAP_DEG + 0.02 * (
+        random.standard_normal(HISTORY_DAYS) + deviations * (np.arange(HISTORY_DAYS) >= HISTORY_DAYS // 2)
+    )

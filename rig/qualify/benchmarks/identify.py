@@ -20,7 +20,7 @@ ITERATIONS = 1000
 QUALITY_ITERATIONS = 200, 1000
 PEER_ITERATIONS = 30
 SEEDS = range(1, 21)
-ROUNDS = 5
+IDENTIFY_ROUNDS = 5
 FRESH = True
 """The first search is timed with no machine code at hand."""
 _COMPILE = """
@@ -71,7 +71,7 @@ def _record() -> Any:
     )
 
 
-def _best_of(work: Callable[[], Any], rounds: int = ROUNDS) -> float:
+def _best_of(work: Callable[[], Any], rounds: int = IDENTIFY_ROUNDS) -> float:
     """The shortest of several times: what is left when the machine's other work is out of the way."""
     times = []
     for _ in range(rounds):
@@ -213,7 +213,7 @@ def _growth() -> dict[str, Any]:
     def seconds(records: int, particles: int, workers: int = 1) -> float:
         objective, space = _objective(records)
         table = objective.law(np.random.default_rng(1).random((particles, len(space))))
-        return _best_of(lambda: swarm_errors(table, objective.inputs, workers), 2 * ROUNDS)
+        return _best_of(lambda: swarm_errors(table, objective.inputs, workers), 2 * IDENTIFY_ROUNDS)
 
     one = seconds(1, 60)
     for records in (2, 4, 8):

@@ -11,8 +11,9 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
+from rig.log.convert import CHUNK_ROWS
 from rig.qualify.benchmarks import figure
-from rig.qualify.benchmarks.log_peers import CHUNK_ROWS, SEED, against_peers, hour_of_samples
+from rig.qualify.benchmarks.log_peers import SEED, against_peers, hour_of_samples
 from rig.qualify.benchmarks.recorder_kill import killed_recordings
 
 HOUR_RECORDS = 720_000

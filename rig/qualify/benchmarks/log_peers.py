@@ -11,10 +11,9 @@ from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any
 
+from rig.log.convert import CHUNK_ROWS
 from rig.qualify.benchmarks import figure
 
-CHUNK_ROWS = 100
-"""Rows in a chunk: 0.5 s at 200 Hz, as the recorder makes them."""
 SEED = 4
 _STARTED_NS = 1_790_000_000_000_000_000
 

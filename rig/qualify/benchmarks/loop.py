@@ -14,7 +14,7 @@ from rig.rig_config import RigConfig
 from rig.sample import Sample
 from rig.service.records.lateness import quantiles
 
-ROUNDS = 1
+LOOP_ROUNDS = 1
 """Within a round of `pamrig bench`, which makes several."""
 SECONDS = 10.0
 _COUNTED = "missed ticks are counted"
@@ -44,7 +44,7 @@ def _in_turns(rig: RigConfig) -> tuple[dict[str, float], dict[str, float], list[
     samples: list[Sample] = []
     ours: list[dict[str, float]] = []
     peers: list[dict[str, float]] = []
-    for _ in range(ROUNDS):
+    for _ in range(LOOP_ROUNDS):
         found = lateness.loop_samples(rig, SECONDS)[0]
         ours.append(lateness.lateness_us(found))
         peers.append(lateness.cyclictest_us(SECONDS, rig.realtime.fifo_priority, rig.period_ns) or {})

@@ -29,7 +29,7 @@ from rig.rig_config import RigConfig
 from rig.sample import Phase
 from rig.service.records.lateness import quantiles
 
-SECONDS = 15.0
+TURN_S = 15.0
 """Of each turn of the loop's work."""
 TURNS = 3
 HEALTHY_DAYS = 3
@@ -161,7 +161,7 @@ def _work() -> dict[str, Any]:
     found: dict[str, list[dict[str, float]]] = {"open": [], "closed": []}
     for _ in range(TURNS):
         for name, program in (("open", lateness.at_rest), ("closed", closed_at_rest)):
-            samples, _ = lateness.loop_samples(rig, SECONDS, program)
+            samples, _ = lateness.loop_samples(rig, TURN_S, program)
             swept = [s for s in samples if s.phase == Phase.SWEEP]
             found[name].append(quantiles([(s.written_ns - s.woken_ns) / 1e3 for s in swept]))
     middle = {

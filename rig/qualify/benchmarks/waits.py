@@ -18,9 +18,9 @@ HEALTHY, WORN = "simulated", "simulated_worn"
 """The rig, and as it is when it has changed."""
 SEARCH: tuple[str, ...] = ()
 """How its simulator is searched, in the words of `pamrig identify`; its defaults."""
-DAYS = 6
+WAITS_DAYS = 6
 """Healthy days that the diagnosis compares with."""
-CASES = 60
+CHECK_CASES = 60
 """Of the blind check; its time is scaled to WHOLE_CHECK. They are of six whole rigs, as nearly all of WHOLE_CHECK are:
 of fewer, making the rigs and starting who answers count for more."""
 WHOLE_CHECK: Final = 400
@@ -52,19 +52,19 @@ def bench_check() -> dict[str, Any]:
 
 def _record(place: Path) -> None:
     """A session of a rig that has changed, and the healthy days before it, in virtual time."""
-    days = [(f"day_{seed}", HEALTHY, seed) for seed in range(1, DAYS + 1)]
-    for name, rig, seed in (*days, ("worn", WORN, DAYS + 1)):
+    days = [(f"day_{seed}", HEALTHY, seed) for seed in range(1, WAITS_DAYS + 1)]
+    for name, rig, seed in (*days, ("worn", WORN, WAITS_DAYS + 1)):
         timed(place, "run", SWEEP, "--rig", rig, "--clock", "virtual", "--seed", f"{seed}", "-o", name)
 
 
 def diagnosed(place: Path) -> dict[str, Any]:
     """`gap diagnose` of a session beside the healthy days; its first run, which fills caches, is not counted."""
-    days = [f"day_{day}" for day in range(1, DAYS + 1)]
+    days = [f"day_{day}" for day in range(1, WAITS_DAYS + 1)]
     baselines = [word for day in days for word in ("--baseline", day)]
     words = ("gap", "diagnose", "--model", "model.yaml", "--log", "worn", *baselines, "--json", "gap.json")
     timed(place, *words)
     return {
-        f"gap diagnose, {DAYS} days": figure(
+        f"gap diagnose, {WAITS_DAYS} days": figure(
             timed(place, *words),
             "s",
             _PACKAGES_ALONE,
@@ -100,11 +100,12 @@ def identified(place: Path) -> dict[str, Any]:
 
 def checked(place: Path) -> dict[str, Any]:
     """Development cases of the blind check in one mode; the limit is their processor time over all cores."""
-    words = ("gap", "check", "--cases", f"{CASES}", "--seed", "1", "--development", "--modes", "days", "--no-angle")
+    cases = ("--cases", str(CHECK_CASES), "--seed", "1", "--development")
+    words = ("gap", "check", *cases, "--modes", "days", "--no-angle")
     before = _children_s()
     seconds = timed(place, *words, "-o", "check")
     busy = (_children_s() - before) / (os.cpu_count() or 1)
-    scale = WHOLE_CHECK / CASES
+    scale = WHOLE_CHECK / CHECK_CASES
     return {
         f"gap check, {WHOLE_CHECK} cases": figure(
             seconds * scale,
@@ -112,7 +113,7 @@ def checked(place: Path) -> dict[str, Any]:
             goal=480.0,
             limit="its processor time over all cores",
             limit_value=busy * scale,
-            note=f"{CASES} development cases of one mode, six whole rigs, scaled",
+            note=f"{CHECK_CASES} development cases of one mode, six whole rigs, scaled",
         )
     }
 

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from rig.gap.answer.result import Diagnosis
     from rig.record import Column, Record
 
-PLACES: Final = ("../shared/real/porcaro_wrist",)
+WRIST_PLACES: Final = ("../shared/real/porcaro_wrist",)
 """Where the wrist's records may lie, from the working folder; or the environment variable PAMRIG_WRIST."""
 SWEEP: Final = "exp3_sweep_20260211.csv"
 STARTED_S: Final = 0.5
@@ -54,11 +54,11 @@ def wrist() -> "Record":
     is not there."""
     from rig.record import Record
 
-    for place in (os.environ.get("PAMRIG_WRIST", ""), *PLACES):
+    for place in (os.environ.get("PAMRIG_WRIST", ""), *WRIST_PLACES):
         if place and (Path(place) / SWEEP).is_file():
             break
     else:
-        raise RecordError(f"bench wrist: no {SWEEP}; run beside {PLACES[0]} or set PAMRIG_WRIST to its folder")
+        raise RecordError(f"bench wrist: no {SWEEP}; run beside {WRIST_PLACES[0]} or set PAMRIG_WRIST to its folder")
     table: Any = np.genfromtxt(Path(place) / SWEEP, delimiter=",", names=True)
     rows = table[(table["is_repeat_of_previous_packet"] == 0) & (table["t_s"] > STARTED_S)]
     t = np.arange(rows["t_s"][0], rows["t_s"][-1], PERIOD_S)

@@ -20,7 +20,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from rig.errors import RigError
-from rig.qualify.faults.bench import FaultBench, Spoilt
+from rig.qualify.faults.bench import BY_THE_MACHINE, FaultBench, Spoilt
 from rig.service.connections import protocol
 
 GOAL_MS: Final = 10.0
@@ -35,7 +35,6 @@ _STARTS: Final = 12
 _STOP_WATCH_NICE: Final = -15
 _UNDER_WAY_S: Final = (0.05, 0.5)
 """An attack has been going on for so long when the rig is stopped; drawn evenly by its logarithm."""
-_BY_THE_MACHINE: Final = ("MISSED_TICKS", "LONG_STALL", "LOOP_DIED")
 _TRIES: Final = 3
 
 SWEEP: Final = """\
@@ -326,7 +325,7 @@ def _stop_once(bench: FaultBench, go: Event, gone: Event, after_s: float) -> tup
         go.clear()
     gone.wait(10.0)
     cause = bench.wait(bench.fault, "the fault to be reported")
-    if cause in _BY_THE_MACHINE:
+    if cause in BY_THE_MACHINE:
         raise Spoilt(cause)
     if cause != "ESTOP":
         raise RigError(f"the rig stopped for another reason: {cause}")

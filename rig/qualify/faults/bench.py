@@ -55,7 +55,7 @@ duration_s: 60.0
 ramp_out_s: 0.1
 records: [{sine: {frequency_hz: 0.5, amplitude_mpa: 0.2}}]
 """
-CLOSED_LOOP: Final = """\
+CLOSED_LOOP_SWEEP: Final = """\
 settle_s: 0.1
 zero_s: 0.05
 ramp_in_s: 0.5
@@ -68,6 +68,8 @@ records: [{sine: {frequency_hz: 0.5, amplitude_deg: 25}}]
 
 
 _NAMES: Final = ("loop", "recorder", "supervisor", "guardian")
+BY_THE_MACHINE: Final = ("MISSED_TICKS", "LONG_STALL", "LOOP_DIED")
+"""Faults that a machine which stands still causes by itself."""
 
 
 class Spoilt(RigError):

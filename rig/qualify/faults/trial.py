@@ -11,7 +11,7 @@ from typing import Any, Final
 from rig.errors import RigError
 from rig.log.mcap.writer import PARTIAL_SUFFIX
 from rig.number_text import counted
-from rig.qualify.faults.bench import FaultBench, Spoilt
+from rig.qualify.faults.bench import BY_THE_MACHINE, FaultBench, Spoilt
 from rig.qualify.faults.table import FaultRow
 from rig.realtime.faults import Fault
 
@@ -19,7 +19,6 @@ ATTEMPTS: Final = 4
 """A trial is repeated when the machine itself stood still, which a virtual one does now and then."""
 _FINISH_S: Final = 2.0
 _UNFINISHED_OR_NOT: Final = (".mcap", f".mcap{PARTIAL_SUFFIX}")
-_BY_THE_MACHINE: Final = ("MISSED_TICKS", "LONG_STALL", "LOOP_DIED")
 
 
 @dataclass(frozen=True)
@@ -71,11 +70,11 @@ def _unmoved(bench: FaultBench, row: FaultRow, seen: _Seen) -> Finding:
     """The rig must go on as if nothing had been."""
     time.sleep(0.1)
     cause = bench.fault()
-    if cause in _BY_THE_MACHINE:
+    if cause in BY_THE_MACHINE:
         raise Spoilt(cause)
     missed = bench.status()["loop"]["missed"] - seen.missed
-    said = bench.log_text()[seen.log_chars :]
-    problem = f"the rig stopped: {cause}" if cause else "" if row.said in said else f"the log does not say {row.said!r}"
+    log = bench.log_text()[seen.log_chars :]
+    problem = f"the rig stopped: {cause}" if cause else "" if row.said in log else f"the log does not say {row.said!r}"
     return Finding(row, cause, None, f"{counted(missed, 'period')} skipped" if missed else "on the grid", problem)
 
 
@@ -89,9 +88,9 @@ def _stopped(bench: FaultBench, row: FaultRow, seen: _Seen, since_ns: int) -> Fi
             os.kill(bench.daemon_pid, signal.SIGCONT)
         cause = bench.wait(bench.fault, "the fault to be reported")
         bench.wait(lambda: _black_boxes(bench) - seen.black_boxes, "the black box")
-    if cause not in row.causes and cause in _BY_THE_MACHINE:
+    if cause not in row.causes and cause in BY_THE_MACHINE:
         raise Spoilt(cause)
-    said = bench.log_text()[seen.log_chars :]
+    log = bench.log_text()[seen.log_chars :]
     boxes = _black_boxes(bench) - seen.black_boxes
     evidence = ", ".join(
         [
@@ -99,13 +98,13 @@ def _stopped(bench: FaultBench, row: FaultRow, seen: _Seen, since_ns: int) -> Fi
             *_records(bench, cause == Fault.RECORDER_DIED.name),
         ]
     )
-    return Finding(row, cause, ms, evidence, _problem(row, cause, ms, said, evidence))
+    return Finding(row, cause, ms, evidence, _problem(row, cause, ms, log, evidence))
 
 
-def _problem(row: FaultRow, cause: str, ms: float, said: str, evidence: str) -> str:
+def _problem(row: FaultRow, cause: str, ms: float, log: str, evidence: str) -> str:
     if cause not in row.causes:
         return f"the cause is given as {cause or 'none'}, not {' or '.join(row.causes)}"
-    if row.said not in said:
+    if row.said not in log:
         return f"the log does not say {row.said!r}"
     if ms > row.bound_ms:
         return f"{ms:.1f} ms to the safe state; the bound is {row.bound_ms:g} ms"

@@ -6,6 +6,7 @@ from typing import Any, Final
 from rig.service.connections.protocol import Code, Refused
 
 LINE_CHARACTERS: Final = 200
+"""Longest text of one line (an operator's name, a note)."""
 MOST_PAUSE_S: Final = 86_400.0
 """Between two records of a `start`: a day. A pause that is longer is a typing error, and holds the queue meanwhile."""
 

@@ -15,6 +15,7 @@ from rig.service.connections import protocol
 from rig.service.connections.protocol import COMMANDS, ClientRequest, Code, Refused
 
 RATE_PER_S: Final = 200
+"""Requests of one connection that are answered a second; further ones wait."""
 MAX_PENDING_BYTES: Final = 256 * 1024
 """With more than this unread, events are dropped and counted; with an answer more, the reader is cut off."""
 STRANGER_PATIENCE_S: Final = 5.0

@@ -20,7 +20,7 @@ from typing import Any, Final, NamedTuple
 from rig.errors import ConfigError, StateError
 from rig.service.connections import protocol, socket_access
 from rig.service.connections.connection import Connection
-from rig.service.connections.listener import BACKLOG, DutyCycleLimit, Listener
+from rig.service.connections.listener import SOCKET_BACKLOG, DutyCycleLimit, Listener
 from rig.service.connections.protocol import ClientRequest, Refused
 
 MAX_CLIENTS: Final = 64
@@ -118,7 +118,7 @@ class Server:
         try:
             found = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE)
             family, _, _, _, address = found[0]
-            listening = socket.create_server(address[:2], family=family, backlog=BACKLOG)
+            listening = socket.create_server(address[:2], family=family, backlog=SOCKET_BACKLOG)
         except OSError as error:
             raise StateError(f"{host}:{port}: cannot listen there: {error.strerror}") from None
         self._listeners.append(Listener(listening, self._serve_viewer, self._duty_cycle, lambda *_: False))
@@ -240,7 +240,7 @@ def _unix_socket(path: Path) -> socket.socket:
     try:
         os.fchmod(listening.fileno(), 0o600)  # what the name will have (Linux); a umask is of all threads at once
         listening.bind(str(path))
-        listening.listen(BACKLOG)
+        listening.listen(SOCKET_BACKLOG)
     except OSError as error:
         listening.close()
         raise StateError(f"{path}: cannot listen there: {error.strerror}") from None

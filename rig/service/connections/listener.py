@@ -16,7 +16,8 @@ from typing import Final
 
 from rig.service.connections.protocol import MAX_LINE_BYTES
 
-BACKLOG: Final = 128
+SOCKET_BACKLOG: Final = 128
+"""Connections that wait in the kernel to be accepted."""
 _AT_ONCE: Final = 16
 """Looked at in one pass of the event loop."""
 _MOST_WAITING: Final = 128

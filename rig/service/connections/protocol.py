@@ -16,7 +16,8 @@ from typing import Any, Final, NamedTuple
 from rig.config import shown, suggest
 from rig.errors import RigError
 
-VERSION: Final = 1
+PROTOCOL_VERSION: Final = 1
+"""`v` of every message; another one is refused."""
 MAX_LINE_BYTES: Final = 64 * 1024
 """A longer line is no request; the connection that sent it is closed."""
 _SHORT_LINE_BYTES: Final = 512
@@ -92,7 +93,7 @@ class ClientRequest:
 
 def encode(message: dict[str, Any]) -> bytes:
     """One line; numbers that JSON lacks become null."""
-    return as_json({"v": VERSION, **message}).encode() + b"\n"
+    return as_json({"v": PROTOCOL_VERSION, **message}).encode() + b"\n"
 
 
 def as_json(content: Any) -> str:
@@ -145,9 +146,10 @@ def request_id(message: dict[str, Any]) -> int | str | None:
 
 def parse(message: dict[str, Any]) -> ClientRequest:
     """The request in a message; Refused says what is wrong with it."""
-    if message.get("v") != VERSION:
+    if message.get("v") != PROTOCOL_VERSION:
         raise Refused(
-            Code.WRONG_VERSION, f"version {shown(message.get('v'))} is not spoken here; this is version {VERSION}"
+            Code.WRONG_VERSION,
+            f"version {shown(message.get('v'))} is not spoken here; this is version {PROTOCOL_VERSION}",
         )
     name = message.get("command")
     if not isinstance(name, str) or name not in COMMANDS:

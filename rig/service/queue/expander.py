@@ -21,6 +21,7 @@ from rig.service.requests import serve_requests
 from rig.service.session.run_setup import program_of
 
 MEMORY_BYTES: Final = 2 * 1024**3
+"""Limit of the process that expands sweeps; one that needs more is refused, and the daemon lives."""
 
 
 @dataclass(frozen=True)

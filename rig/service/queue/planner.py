@@ -11,14 +11,14 @@ from rig.rig_config import RigConfig
 from rig.service.helper_process import HelperProcess
 from rig.service.queue.expander import MEMORY_BYTES, Expander, Published, Summary, serve
 
-PATIENCE_S: Final = 120.0
+PLANNING_PATIENCE_S: Final = 120.0
 """For one sweep; a day of set-points at 5 ms takes about 45 s on a busy desktop."""
 
 
 class Planner:
     """One such process, started when it is first needed. One request at a time; the others wait for their turn."""
 
-    def __init__(self, rig: RigConfig, patience_s: float = PATIENCE_S) -> None:
+    def __init__(self, rig: RigConfig, patience_s: float = PLANNING_PATIENCE_S) -> None:
         self._patience_s = patience_s
         self._turn = asyncio.Lock()
         self._helper = HelperProcess(serve, (rig,), "pamrig-planner")

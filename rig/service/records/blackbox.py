@@ -20,7 +20,7 @@ from rig.realtime.ring import Ring
 from rig.realtime.shared import KEPT_RING, folder, is_stale
 from rig.sample import unpack
 
-SECONDS: Final = 30.0
+BLACK_BOX_S: Final = 30.0
 """Of the ring that a black box keeps; the ring holds 41 s at 5 ms. Less: what led to a fault may be gone."""
 
 
@@ -34,7 +34,7 @@ class Box:
     about: Mapping[str, Any]
     wall_offset_ns: int
     packed: tuple[bytes, ...]
-    """The samples of the last SECONDS."""
+    """The samples of the last BLACK_BOX_S."""
 
     def write(self, out: Path) -> Path:
         """Into the folder `out`; returns the file. RecordError, and nothing stays, when the disk refuses: it may be
@@ -57,7 +57,7 @@ class Box:
 
 
 def take(ring: Ring, fault: Fault, said: str, facts: Mapping[str, Any] | None = None) -> Box:
-    """The last SECONDS of `ring`; `said` stands in its log beside the cause. In any process that has the ring."""
+    """The last BLACK_BOX_S of `ring`; `said` stands in its log beside the cause. In any process that has the ring."""
     about = {
         "started_ns": time.time_ns(),
         "kind": BLACK_BOX,
@@ -68,11 +68,11 @@ def take(ring: Ring, fault: Fault, said: str, facts: Mapping[str, Any] | None = 
         **(facts or {}),
     }
     stamp = datetime.now(UTC).strftime("%Y%m%dT%H%M%S.%fZ")
-    return Box(fault, said, stamp, about, time.time_ns() - time.monotonic_ns(), tuple(_last(ring, SECONDS)))
+    return Box(fault, said, stamp, about, time.time_ns() - time.monotonic_ns(), tuple(_last(ring, BLACK_BOX_S)))
 
 
 def save(ring: Ring, out: Path, fault: Fault, said: str, facts: Mapping[str, Any] | None = None) -> Path:
-    """Write the last SECONDS of `ring` into `out`; returns the file. RecordError when the disk refuses."""
+    """Write the last BLACK_BOX_S of `ring` into `out`; returns the file. RecordError when the disk refuses."""
     return take(ring, fault, said, facts).write(out)
 
 

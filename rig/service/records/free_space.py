@@ -9,9 +9,9 @@ from typing import Final
 
 from rig.service.aside import aside
 
-LOOK_S: Final = 0.5
+DISK_LOOK_S: Final = 0.5
 """From one look to the next."""
-SILENCE_S: Final = 2.0
+DISK_SILENCE_S: Final = 2.0
 """A disk that takes longer to say how much room it has does not answer."""
 
 
@@ -39,7 +39,7 @@ class FreeSpace:
             self._asked = asyncio.ensure_future(aside(self._look))
             self._asked.add_done_callback(_heard)
         asked = self._asked
-        done, _ = await asyncio.wait({asked}, timeout=SILENCE_S)
+        done, _ = await asyncio.wait({asked}, timeout=DISK_SILENCE_S)
         self._answers = bool(done) and asked.exception() is None  # this machine may have no thread to ask from
         if self._answers:
             self.gb = asked.result()
@@ -48,7 +48,7 @@ class FreeSpace:
         """For ever."""
         while True:
             await self.look()
-            await asyncio.sleep(LOOK_S)
+            await asyncio.sleep(DISK_LOOK_S)
 
     def _look(self) -> float | None:
         try:

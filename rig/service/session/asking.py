@@ -17,6 +17,7 @@ ANSWER_PATIENCE_S: Final = 1.0
 SHOWN_S: Final = 0.05
 """For a loop that was made safe by itself to say so in a sample; one that is gone says nothing more."""
 POLL_S: Final = 0.002
+"""From one look at the answer to the next, s."""
 
 
 async def ask(session: Session, request: Request, run: int = 0) -> Answer:

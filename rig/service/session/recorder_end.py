@@ -13,6 +13,7 @@ from rig.service.records.recorder_messages import RunResult
 from rig.silence import Silence
 
 SAY_EVERY_S: Final = 5.0
+"""Between two lines on what is waited for, s."""
 _LOOK_S: Final = 0.02
 _KILL_S: Final = 5.0
 """For the kernel to end a killed process that waits for its disk; it may not be able to."""

@@ -41,7 +41,7 @@ is killed."""
 _END_LOOK_S = 0.02
 _LOG = logging.getLogger("pamrig")
 SWEPT = "shared memory: removed"
-SETTLE_S = 3.0
+SAFE_STATE_S = 3.0
 """For the safe state of a loop that has ended, however it ended."""
 
 
@@ -234,7 +234,7 @@ class Session:
             return SessionEnd(ticked, reported_by_loop(self.ring))
         if not ticked:
             return SessionEnd(ticked)
-        report = watch.settle(SETTLE_S)
+        report = watch.settle(SAFE_STATE_S)
         if report.safe or insist is None:
             return SessionEnd(ticked, report)
         self.end_recording()

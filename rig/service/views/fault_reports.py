@@ -17,7 +17,7 @@ from rig.service.aside import END_S, aside
 from rig.service.records import blackbox
 from rig.service.session.session_monitor import SessionMonitor
 
-AGAIN_S: Final = 5.0
+REPORT_AGAIN_S: Final = 5.0
 """Until a black box is tried again that the disk did not take."""
 MOST_WAITING: Final = 8
 """Black boxes that wait for the disk at a time: each is 1.5 MB of memory."""
@@ -97,7 +97,7 @@ class FaultReports:
                     _LOG.error("the black box of %s is lost: so many wait already", fault.name)
                     return
                 with contextlib.suppress(TimeoutError):
-                    await asyncio.wait_for(self._ending.wait(), AGAIN_S)
+                    await asyncio.wait_for(self._ending.wait(), REPORT_AGAIN_S)
             else:
                 self._keep(saved, explain(fault))
                 return

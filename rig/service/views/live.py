@@ -26,8 +26,9 @@ from rig.service.processes import RestartDelays, is_stopped, start_process
 from rig.service.session.session import Session
 
 HOST: Final = "127.0.0.1"
-LOOK_S: Final = 1.0
-AGAIN_S: Final = (0.0, 2.0, 10.0, 60.0)
+LIVE_LOOK_S: Final = 1.0
+"""From one look at the process to the next, s."""
+LIVE_AGAIN_S: Final = (0.0, 2.0, 10.0, 60.0)
 """Before one that died is replaced for the first, second ... time in a row, as where somebody else has its port."""
 _POLL_S: Final = 0.02
 _NICE: Final = 10
@@ -50,7 +51,7 @@ class LiveView:
         self._port = port
         self._process: BaseProcess | None = None
         self._session: Session | None = None
-        self._pauses = RestartDelays(AGAIN_S, deaths=-1)
+        self._pauses = RestartDelays(LIVE_AGAIN_S, deaths=-1)
 
     def follow(self, session: Session | None) -> None:
         """Show this session instead of the one before. Blocks, as `close` does, until that one's process has ended."""
@@ -68,7 +69,7 @@ class LiveView:
     async def watch(self, starter: Executor) -> None:
         """Replace a process that has ended or was stopped, by `starter`, where `follow` is called too; never ends."""
         while True:
-            await asyncio.sleep(LOOK_S)
+            await asyncio.sleep(LIVE_LOOK_S)
             if problem := self._lost():
                 pause_s = self._pauses.next_s()
                 _LOG.warning("live view: %s; started again", problem)

@@ -25,17 +25,19 @@ from rig.service.aside import aside
 from rig.service.processes import RestartDelays, is_stopped, start_process
 from rig.service.session.session_parts import SessionParts
 from rig.service.settings import DaemonSettings, Web, read_token
-from rig.service.web.page_setup import BACKLOG, PageSetup
+from rig.service.web.page_setup import PAGE_BACKLOG, PageSetup
 from rig.service.web.serve import page_process
 
 DEFAULT_PORT: Final = 8420
-LOOK_S: Final = 0.1
-SILENCE_S: Final = 3.0
+"""Tried first where none is asked for; where it is taken, the kernel chooses one."""
+PAGE_LOOK_S: Final = 0.1
+"""From one look at the page's process to the next, s."""
+PAGE_SILENCE_S: Final = 3.0
 """A page that has not beaten for so long hangs; one that the kernel calls stopped is replaced at the next look."""
 COMING_S: Final = 60.0
 """Until its first beat: it imports its packages before, for which it may have to wait for a processor."""
 _PACKAGES: Final = ("jinja2", "starlette", "uvicorn", "websockets")
-AGAIN_S: Final = (0.0, 0.5, 2.0, 10.0)
+PAGE_AGAIN_S: Final = (0.0, 0.5, 2.0, 10.0)
 """Before a page that died is replaced for the first, second ... time in a row."""
 _LOG = logging.getLogger("pamrig")
 
@@ -61,7 +63,7 @@ def bind(web: Web) -> socket.socket:
     for port in (web.port,) if web.port else (DEFAULT_PORT, 0):
         try:
             found = socket.getaddrinfo(web.host, port, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE)
-            return socket.create_server(found[0][4][:2], family=found[0][0], backlog=BACKLOG)
+            return socket.create_server(found[0][4][:2], family=found[0][0], backlog=PAGE_BACKLOG)
         except OSError as error:
             problem = error
     raise StateError(f"{web.host}:{port}: the page cannot listen there: {problem.strerror}")
@@ -109,7 +111,7 @@ class Page:
         self._listening: socket.socket | None = None
         self._serving: _Running | None = None
         self._spare: _Running | None = None
-        self._pauses = RestartDelays(AGAIN_S)
+        self._pauses = RestartDelays(PAGE_AGAIN_S)
         self.restarts = 0
 
     def open(self) -> None:
@@ -152,8 +154,8 @@ class Page:
                 await self._look()
             except (OSError, RuntimeError, RigError) as error:
                 _LOG.error("page: %s", error)
-                await asyncio.sleep(AGAIN_S[-1])
-            await asyncio.sleep(LOOK_S)
+                await asyncio.sleep(PAGE_AGAIN_S[-1])
+            await asyncio.sleep(PAGE_LOOK_S)
 
     def close(self) -> None:
         """End both processes and give the address back."""
@@ -187,7 +189,7 @@ class Page:
         with contextlib.suppress(EOFError, OSError):
             while running.pipe.poll():
                 running.pipe.recv_bytes()
-                running.heard_s, running.patience_s = time.monotonic(), SILENCE_S
+                running.heard_s, running.patience_s = time.monotonic(), PAGE_SILENCE_S
         if is_stopped(running.process.pid):
             return "its process was stopped"
         if running.serves and time.monotonic() - running.heard_s > running.patience_s:

@@ -6,7 +6,7 @@ from typing import Final
 
 from rig.rig_config import RigConfig
 
-BACKLOG: Final = 1024
+PAGE_BACKLOG: Final = 1024
 """Connections that wait to be taken: who finds no place there tries again after a second only."""
 
 

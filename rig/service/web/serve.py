@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from rig.service.processes import name_process
-from rig.service.web.page_setup import BACKLOG, PageSetup
+from rig.service.web.page_setup import PAGE_BACKLOG, PageSetup
 
 if TYPE_CHECKING:
     from uvicorn import Server
@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from rig.service.web.site import Site
 
 BEAT_S: Final = 0.2
+"""From one sign of life to the daemon to the next, s; see `rig.service.web.host.PAGE_SILENCE_S`."""
 _NICE: Final = 0
 """As any program: Stop goes through it. The loop stands above all of them, the daemon above this one."""
 _OUT_OF_MEMORY: Final = "800"
@@ -74,7 +75,7 @@ def _server(site: "Site") -> "Server":
         server_header=False,
         proxy_headers=False,
         timeout_keep_alive=_KEEP_ALIVE_S,
-        backlog=BACKLOG,
+        backlog=PAGE_BACKLOG,
     )
     server = uvicorn.Server(config)
     server.capture_signals = contextlib.nullcontext  # type: ignore[assignment,method-assign]

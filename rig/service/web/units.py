@@ -4,8 +4,8 @@ from typing import Any, Final
 
 from rig.channels import Channels
 
-LEAST_MPA: Final = 0.01
-LEAST_DEG: Final = 0.5
+LOOP_MARGIN_MPA: Final = 0.01
+LOOP_MARGIN_DEG: Final = 0.5
 """Margins of a loop on the working range: a few times the noise of monitor and potentiometer."""
 
 
@@ -19,5 +19,5 @@ def units_of(own: Channels) -> dict[str, Any]:
         "input_unit": own.input.unit,
         "output": own.output.spoken,
         "output_unit": own.output.unit,
-        "least": [LEAST_MPA * own.input_per_mpa, LEAST_DEG * own.output_per_deg],
+        "least": [LOOP_MARGIN_MPA * own.input_per_mpa, LOOP_MARGIN_DEG * own.output_per_deg],
     }

@@ -14,7 +14,8 @@ from rig.service.helper_process import HelperProcess
 from rig.service.requests import serve_requests
 
 T = TypeVar("T")
-PATIENCE_S: Final = 60.0
+WORKER_PATIENCE_S: Final = 60.0
+"""For one answer, s."""
 _WAITING: Final = 16
 _MEMORY_BYTES: Final = 4 * 1024**3
 
@@ -40,9 +41,9 @@ class PageWorker:
 
     def _exchange(self, request: tuple[Any, ...]) -> Any:
         try:
-            return self._helper.ask(request, PATIENCE_S)
+            return self._helper.ask(request, WORKER_PATIENCE_S)
         except TimeoutError:
-            why = f"it takes more than {PATIENCE_S:g} s; use the command line for it"
+            why = f"it takes more than {WORKER_PATIENCE_S:g} s; use the command line for it"
         except MemoryError:
             why = f"it needs more than {_MEMORY_BYTES / 1024**3:g} GB; use the command line for it"
         except EOFError:

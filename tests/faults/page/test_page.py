@@ -23,9 +23,9 @@ from rig.log.mcap.collector import LogLine
 from rig.log.mcap.reader import McapLog
 from rig.qualify.faults.attacks import free_port
 from rig.qualify.faults.bench import FaultBench
-from rig.service.web.access.gate import MOST
-from rig.service.web.host import AGAIN_S
-from rig.service.web.stream.viewers import MOST as MOST_VIEWERS
+from rig.service.web.access.gate import MOST_CONNECTIONS
+from rig.service.web.host import PAGE_AGAIN_S
+from rig.service.web.stream.viewers import MOST_VIEWERS
 
 STOPPED_MS = 100.0
 """Goal: p99 50 ms on a quiet machine, which `pamrig bench page` measures; this is a test on a busy one."""
@@ -159,7 +159,7 @@ def test_stop_while_the_pages_process_is_frozen_or_gone(bench: FaultBench, visit
     os.kill(page_pid(bench), blow)
     status, answer = stop_until_answered(visitor)
     assert (status, answer["ok"]) == (200, True)  # type: ignore[index]
-    pause_s = AGAIN_S[min(before + 1, len(AGAIN_S) - 1)]  # longer where other tests have just ended pages, too
+    pause_s = PAGE_AGAIN_S[min(before + 1, len(PAGE_AGAIN_S) - 1)]  # longer where other tests have just ended pages
     assert bench.ms_to_safe(since_ns) < 1e3 * (5.0 + pause_s)
     assert stopped(bench)
     assert bench.status()["page"]["restarts"] == before + 1
@@ -199,7 +199,7 @@ def test_stop_while_a_thousand_sockets_say_nothing(bench: FaultBench, visitor: V
         assert (status, answer["ok"]) == (200, True)  # type: ignore[index]
         assert bench.ms_to_safe(since_ns) < 1000
         descriptors = len(list(Path(f"/proc/{page_pid(bench)}/fd").iterdir()))
-        assert descriptors < MOST + 60
+        assert descriptors < MOST_CONNECTIONS + 60
     assert stopped(bench)
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from rig.qualify.faults.bench import CLOSED_LOOP, FaultBench
+from rig.qualify.faults.bench import CLOSED_LOOP_SWEEP, FaultBench
 from rig.qualify.faults.table import CLOSED_LOOP_TABLE, TABLE, FaultRow
 from rig.qualify.faults.trial import try_row
 
@@ -20,7 +20,7 @@ TRIED = (
 
 @pytest.fixture(scope="module")
 def bench(tmp_path_factory: pytest.TempPathFactory) -> Iterator[FaultBench]:
-    with FaultBench(Path(tmp_path_factory.mktemp("closed")), sweep=CLOSED_LOOP) as bench:
+    with FaultBench(Path(tmp_path_factory.mktemp("closed")), sweep=CLOSED_LOOP_SWEEP) as bench:
         yield bench
 
 

@@ -32,4 +32,4 @@ def lab(tmp_path: Path) -> Iterator[Lab]:
 def hurried(monkeypatch: pytest.MonkeyPatch) -> None:
     """The ticker lives in real time; these rigs need none of its caution."""
     monkeypatch.setattr(bringup, "SLEW_MPA_S", 5.0)
-    monkeypatch.setattr(bringup, "LOOK_S", 0.05)
+    monkeypatch.setattr(bringup, "AVERAGED_S", 0.05)

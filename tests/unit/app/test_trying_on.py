@@ -5,7 +5,7 @@ from collections.abc import Callable
 
 import pytest
 
-from rig.app.trying_on import PATIENCE_S, TryingOn
+from rig.app.trying_on import TRYING_ON_S, TryingOn
 
 
 class Turned:
@@ -44,7 +44,7 @@ def test_it_goes_on_until_the_device_takes_it_and_says_so_as_it_goes(capsys: pyt
 def test_it_has_a_bound() -> None:
     clock = Turned()
     assert clock.trying().go_on(bool, clock.attempt) == "; given up after 60 s of trying"
-    assert clock.now_s == pytest.approx(PATIENCE_S, abs=0.1)
+    assert clock.now_s == pytest.approx(TRYING_ON_S, abs=0.1)
 
 
 def test_ctrl_c_ends_it() -> None:

@@ -9,7 +9,7 @@ from support.plants.gap_rigs import session
 
 from rig.app.gap.blind_checking import source_and_modes
 from rig.blind_check.put_in import PUT_IN, lagging, late
-from rig.blind_check.real_source import RATIOS, RecordsSource
+from rig.blind_check.real_source import SINGLE_RATIOS, RecordsSource
 from rig.blind_check.source import Label
 from rig.cli.gap.check import check
 from rig.errors import ConfigError, RecordError
@@ -68,7 +68,7 @@ def test_an_effect_has_the_size_that_gives_its_gap(days: Path, effect: str) -> N
     one = label(source, "single", effect)
     facts = source.case(one).facts
     assert facts["ratio_angle"] == pytest.approx(one["wanted_ratios"][0], rel=0.1)
-    assert RATIOS[0] <= one["wanted_ratios"][0] <= RATIOS[1]
+    assert SINGLE_RATIOS[0] <= one["wanted_ratios"][0] <= SINGLE_RATIOS[1]
 
 
 def test_the_day_with_the_effect_is_none_of_the_earlier_days(days: Path) -> None:

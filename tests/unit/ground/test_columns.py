@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from rig.columns import correlation, filled_in
+from rig.columns import correlation, filled_in, vertex_offset
 from rig.record import Column
 
 NAN = np.nan
@@ -42,3 +42,14 @@ RISING: Column = np.arange(5.0)
 )
 def test_a_correlation_is_of_what_both_have(one: Column, other: Column, expected: float) -> None:
     assert correlation(one, other) == pytest.approx(expected)
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0], ids=["smallest", "largest"])
+def test_an_extremum_of_a_parabola_is_found_between_its_rows(sign: float) -> None:
+    column: Column = sign * (np.arange(7.0) - 3.2) ** 2
+    assert vertex_offset(column, 3) == pytest.approx(0.2)
+
+
+@pytest.mark.parametrize("row", [0, 2, 4], ids=["first", "three equal", "last"])
+def test_an_extremum_without_a_parabola_stays_at_its_row(row: int) -> None:
+    assert vertex_offset(np.ones(5), row) == 0.0

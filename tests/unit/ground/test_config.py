@@ -290,6 +290,6 @@ def test_a_pipe_or_a_device_is_refused_and_not_waited_for(tmp_path: Path) -> Non
 
 def test_a_huge_file_is_refused_unread(tmp_path: Path) -> None:
     with (path := tmp_path / "huge.yaml").open("wb") as file:
-        file.truncate(config.MOST_BYTES + 1)
+        file.truncate(config.MOST_CONFIG_BYTES + 1)
     with pytest.raises(ConfigError, match=r"it has 4194305 bytes, allowed are 4194304"):
         read_yaml(path)

@@ -130,7 +130,7 @@ def test_a_killed_dask_worker_loses_nothing_and_counts_nothing_twice(tmp_path: P
 
 def test_a_cluster_that_is_not_there_is_one_clear_line(monkeypatch: pytest.MonkeyPatch) -> None:
     pytest.importorskip("distributed")
-    monkeypatch.setattr("rig.parallel.PATIENCE_S", 1.0)
+    monkeypatch.setattr("rig.parallel.SCHEDULER_PATIENCE_S", 1.0)
     with pytest.raises(RigError, match=r"^--dask 127\.0\.0\.1:1: no scheduler answers"), executor(dask="127.0.0.1:1"):
         pytest.fail("no cluster is there")
 

@@ -11,7 +11,7 @@ from click.testing import CliRunner
 
 from rig.app.model.identifying import StartOptions, start_model
 from rig.errors import RecordError
-from rig.identify.fit import Settings, identify
+from rig.identify.fit import SearchSettings, identify
 from rig.identify.records.data import RecordOptions, best_input, prepare
 from rig.identify.records.zero import why_zero_is_free
 from rig.identify.response.mean_law import hold, is_free, mean_law
@@ -120,9 +120,10 @@ def test_a_p0_about_which_nothing_moves_is_refused(p0_mpa: float, drive: str) ->
         RecordError, match=r"P0 is \S+ MPa, as --p0 says; where pressures were measured it is 0.001 MPa"
     ):
         start_model(replace(ASKED, drive=drive, p0_mpa=p0_mpa), [ONE], RecordOptions())
-    said = replace(ONE, facts={"p0_mpa": p0_mpa})
+    said = replace(ONE, facts={"p0_mpa": p0_mpa}, p1_cmd_mpa=None, p2_cmd_mpa=None)
     with pytest.raises(RecordError, match="'s fact p0_mpa says"):
         start_model(replace(ASKED, drive=drive), [said], RecordOptions())
+    start_model(replace(ASKED, drive=drive), [replace(ONE, facts=said.facts)], RecordOptions())  # set-points say it
     start_model(replace(ASKED, p0_mpa=p0_mpa), [BARE], RecordOptions())
 
 
@@ -140,7 +141,7 @@ def test_the_exponent_is_held_for_the_search_where_the_response_model_leaves_lea
 def test_several_p0_are_fitted_as_well_as_one() -> None:
     """With the exponent left at 0 the same search ends at 7 degrees."""
     start, _ = start_model(ASKED, SEVERAL, RecordOptions())
-    found = identify(SEVERAL, start, Settings(seeds=(1,), swarm=SwarmSettings(iterations=60), workers=1))
+    found = identify(SEVERAL, start, SearchSettings(seeds=(1,), swarm=SwarmSettings(iterations=60), workers=1))
     assert found.rmse_deg < 0.3
     law = found.model.muscle.parameters["mean_exponent"]
     assert law.value == pytest.approx(1.0, abs=0.03)

@@ -10,7 +10,7 @@ from click.testing import CliRunner
 from conftest import CONFIGS
 
 from rig.errors import ModelError, RecordError
-from rig.identify.fit import Settings, identify
+from rig.identify.fit import SearchSettings, identify
 from rig.identify.records.data import prepare
 from rig.identify.response.valves import identify_valves
 from rig.identify.search.space import Space
@@ -25,7 +25,7 @@ from rig.record import Record
 
 MODELS = CONFIGS / "models"
 TRUTH = load_model(MODELS / "simulated.yaml")
-QUICK = Settings(seeds=(1,), swarm=SwarmSettings(iterations=150), workers=1)
+QUICK = SearchSettings(seeds=(1,), swarm=SwarmSettings(iterations=150), workers=1)
 
 
 def measured(frequency: float = 0.5, amplitude: float = 0.2, seed: int = 1, model: Model = TRUTH) -> Record:
@@ -60,7 +60,7 @@ def test_one_search_that_is_interrupted_ends_the_others() -> None:
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        identify([measured()], start(), Settings(seeds=(1, 2), workers=2), report=report)
+        identify([measured()], start(), SearchSettings(seeds=(1, 2), workers=2), report=report)
     assert max(shares.values()) < 0.9
 
 
@@ -258,6 +258,10 @@ def test_p0_comes_from_the_records() -> None:
     assert template_rest([measured()]) == 0.2
     bare = replace(measured(), facts={})
     assert template_rest([bare]) == pytest.approx(0.2, abs=0.01)
+    between = np.full(len(bare), 0.155)
+    commanded = replace(measured(), p1_cmd_mpa=between + 0.1, p2_cmd_mpa=between - 0.1)
+    assert template_rest([commanded]) == 0.155, "a fact is typed, set-points went to the rig"
+    assert template_rest([bare, commanded]) == 0.155, "what one record says stands before what another one measures"
 
 
 def test_a_model_without_free_parameters_cannot_be_identified() -> None:

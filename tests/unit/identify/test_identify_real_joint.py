@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from rig.errors import RecordError
-from rig.identify.fit import Settings, identify
+from rig.identify.fit import SearchSettings, identify
 from rig.identify.records.data import RecordOptions, prepare
 from rig.identify.response.valves import identify_valves
 from rig.identify.search.stability import SweepRange
@@ -45,7 +45,7 @@ def fit_percent(record: Record, kind: str, joint: str, drive: Input) -> tuple[fl
     """Fit on the first half and on the rest, identified on the first half alone."""
     first = record.rows(record.t_s <= 10.0)
     wish = Template(kind, drive, 0.02, 0.3, 0.4, joint, free_offset=True)
-    settings = Settings(
+    settings = SearchSettings(
         "pso" if joint == "rigid" else "cma-es",
         (1,),
         SwarmSettings(iterations=300 if joint == "rigid" else 60),

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from rig.columns import NORMAL_95
-from rig.identify.fit import Settings, identify
+from rig.identify.fit import SearchSettings, identify
 from rig.identify.records.data import prepare
 from rig.identify.response.valves import identify_valves
 from rig.identify.search.objective import make_objective
@@ -86,7 +86,7 @@ def test_no_row_at_all_determines_nothing() -> None:
 def test_a_parameter_that_no_record_shows_is_not_exact() -> None:
     """With both set-points about P0 their sum never moves: nothing is known of how the mean pressure counts."""
     shown = replace(clean(0.5), p1_mpa=None, p2_mpa=None)
-    settings = Settings(seeds=(1,), swarm=SwarmSettings(iterations=30), workers=1, bounded=False)
+    settings = SearchSettings(seeds=(1,), swarm=SwarmSettings(iterations=30), workers=1, bounded=False)
     start = model(Input.COMMAND, mean_exponent=None)
     free = {name: replace(one, free=name in ("lambda1", "xi1", "mean_exponent"))
             for name, one in start.muscle.parameters.items()}  # fmt: skip

@@ -100,7 +100,7 @@ def test_record(short: Callable[..., None], capsys: pytest.CaptureFixture[str], 
 def test_identify(short: Callable[..., None], capsys: pytest.CaptureFixture[str]) -> None:
     if find_spec("pyswarms") is None:  # importing it leaves a file where one stands
         pytest.skip("pyswarms is not installed")
-    short(identify, SEEDS=range(1, 2), ROUNDS=1, PEER_ITERATIONS=3, ITERATIONS=20, QUALITY_ITERATIONS=(5, 10))
+    short(identify, SEEDS=range(1, 2), IDENTIFY_ROUNDS=1, PEER_ITERATIONS=3, ITERATIONS=20, QUALITY_ITERATIONS=(5, 10))
     short(identify, FRESH=False)
     assert_drawn("identify", identify.bench_identify(), capsys)
 
@@ -112,9 +112,9 @@ def test_log(capsys: pytest.CaptureFixture[str]) -> None:
 
 @pytest.mark.real_time
 def test_devices(short: Callable[..., None], capsys: pytest.CaptureFixture[str]) -> None:
-    short(all_devices, TICKS=200)
+    short(all_devices, ALL_DEVICES_TICKS=200)
     short(tick, TICKS=20, TURNS=1)
-    short(fieldbus, TICKS=50, RATE_S=0.05, BAUDS=(9600, 115200))
+    short(fieldbus, FIELDBUS_TICKS=50, RATE_S=0.05, BAUDS=(9600, 115200))
     short(deaths, DEATHS=2, BAUDS=(9600, 115200))
     assert_drawn("devices", all_devices.bench_devices(), capsys)
 
@@ -160,7 +160,7 @@ def test_tracking(
 ) -> None:
     reference = tmp_path / "brief.yaml"
     reference.write_text(BRIEF.replace("0.2}", "25}").replace("amplitude_mpa", "amplitude_deg") + GAINS)
-    short(tracking, CASES=tracking.CASES[:1], HEALTHY_DAYS=1, SECONDS=0.5, TURNS=1, SWEEP="quick", REFERENCE=reference)
+    short(tracking, CASES=tracking.CASES[:1], HEALTHY_DAYS=1, TURN_S=0.5, TURNS=1, SWEEP="quick", REFERENCE=reference)
     short(tracking, pamrig=forked)
     assert_drawn("tracking", tracking.bench_tracking(), capsys)
 
@@ -178,7 +178,7 @@ def test_waits(short: Callable[..., None], capsys: pytest.CaptureFixture[str], t
         (tmp_path / f"{name}.yaml").write_text(text + "effects: [valve_lag, delay]\n")
     short(waits, HEALTHY=f"{tmp_path}/simulated.yaml", WORN=f"{tmp_path}/simulated_worn.yaml")
     search = ("--seeds", "1", "--particles", "20", "--iterations", "50", "--unbounded")
-    short(waits, SWEEP="quick", DAYS=1, SEARCH=search, PARTS=(waits.diagnosed, waits.identified))
+    short(waits, SWEEP="quick", WAITS_DAYS=1, SEARCH=search, PARTS=(waits.diagnosed, waits.identified))
     figures = waits.bench_waits()
     assert all(row["value"] > row["limit_value"] for row in figures.values()), "nothing is quicker than its limit"
     assert_drawn("waits", figures, capsys, ["make run, once installed"])
@@ -190,7 +190,7 @@ def test_check(short: Callable[..., None], capsys: pytest.CaptureFixture[str]) -
     short(waits, timed=lambda place, *words: asked.append(words) or 60.0)
     figures = waits.bench_check()
     assert [words[:2] for words in asked] == [("gap", "check")]
-    assert [row["value"] for row in figures.values()] == [60.0 * waits.WHOLE_CHECK / waits.CASES]
+    assert [row["value"] for row in figures.values()] == [60.0 * waits.WHOLE_CHECK / waits.CHECK_CASES]
     assert_drawn("check", figures, capsys)
 
 

@@ -46,7 +46,7 @@ def test_a_black_box_is_written_when_the_disk_has_room_again(
 ) -> None:
     """It was lost: the ring goes on behind a fault, and nobody tried again."""
     (tmp_path / "boxes").write_text("no room for a folder")
-    monkeypatch.setattr(fault_reports, "AGAIN_S", 0.0)
+    monkeypatch.setattr(fault_reports, "REPORT_AGAIN_S", 0.0)
     fill(ring, 0, 20)
 
     async def told() -> list[Path]:

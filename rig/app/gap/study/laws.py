@@ -43,14 +43,14 @@ RATIOS = (4.0, 2.5, 8.0)
 NOT_A_COPY = 1e-9
 """By so much, relatively, the healthy records are off: those of an effect that does not show in them would be taken for
 copies."""
-SAME_DIRECTION = 1e-2
+PARALLEL = 1e-2
 """Patterns that differ by less than this share of the strongest count as one."""
 LEAST_ROUGH = 0.01
 """No usual error is less: no law is exact on another rig."""
 ALL = 1.0
 """Share that a law leaves which leaves all: one that fits nothing has a change of any size, and its share says no
 more."""
-SHARES = 5
+ERROR_POINTS = 5
 """Points by which the distribution of laws' errors on another build is told. More: slower, its tail a little farther
 out."""
 
@@ -87,21 +87,21 @@ def with_laws(
     rigs = rigs_of(plan)
     errors_of = partial(of_rig, effects=tuple(effects or LIBRARY))
     with executor(None, plan.workers) as pool:
-        told = [error for some in reported(pool.map(errors_of, range(len(rigs)), rigs), report, 0) for error in some]
-    return with_errors(levels, plan, told, effects)
+        errors = [error for some in reported(pool.map(errors_of, range(len(rigs)), rigs), report, 0) for error in some]
+    return with_errors(levels, plan, errors, effects)
 
 
 def with_errors(
-    levels: Fitted, plan: FittingPlan, told: Sequence[LawError], effects: Sequence[str] = ()
+    levels: Fitted, plan: FittingPlan, errors: Sequence[LawError], effects: Sequence[str] = ()
 ) -> tuple[Fitted, dict[str, float]]:
     """The levels with what these errors, of the plan's rigs, say is usual; an effect of which none tells keeps its own,
     and so does what only all effects together say, where but some `effects` were asked."""
-    found, before = usual_errors(told), levels.prior
-    answer = usual_answer(told)
+    found, before = usual_errors(errors), levels.prior
+    answer = usual_answer(errors)
     prior = replace(
         before,
         laws={**before.laws, **found},
-        law_shares=before.law_shares if effects else shares_of_usual(told, before.law_shares),
+        law_shares=before.law_shares if effects else shares_of_usual(errors, before.law_shares),
         answer=answer or before.answer,
     )
     renewed = ["laws", *([] if effects else ["law_shares"]), *(["answer"] if answer else [])]
@@ -158,20 +158,20 @@ def shares_of_usual(found: Sequence[LawError], usual: Sequence[float]) -> tuple[
         ratios += [one.share / others[one.effect] for one in found if one.family == family and one.effect in others]
     if not ratios:
         return tuple(usual)
-    middles = (np.arange(SHARES) + 0.5) / SHARES
+    middles = (np.arange(ERROR_POINTS) + 0.5) / ERROR_POINTS
     return tuple(float(ratio) for ratio in np.quantile(ratios, middles))
 
 
 def usual_answer(found: Sequence[LawError]) -> float | None:
     """Root of the mean square over families of what is in the middle of each; None where none tells."""
-    told = [(one.family, one.answer) for one in found if one.answer is not None]
-    return _usual(told) if told else None
+    errors = [(one.family, one.answer) for one in found if one.answer is not None]
+    return _usual(errors) if errors else None
 
 
-def _usual(told: Iterable[tuple[str, float]]) -> float:
+def _usual(errors: Iterable[tuple[str, float]]) -> float:
     """Root of the mean square over families of what is in the middle of each, of numbers with their family."""
     by: dict[str, list[float]] = {}
-    for family, number in told:
+    for family, number in errors:
         by.setdefault(family, []).append(number)
     return float(np.sqrt(np.mean(np.square([median(some) for some in by.values()]))))
 
@@ -234,6 +234,6 @@ def beside(column: Column, patterns: Column) -> Column:
     sizes = np.linalg.norm(patterns, axis=0)
     shown = sizes > 0.0
     directions, strengths, _ = np.linalg.svd(patterns[:, shown] / sizes[shown], full_matrices=False)
-    kept = directions[:, strengths > SAME_DIRECTION * strengths[0]]
+    kept = directions[:, strengths > PARALLEL * strengths[0]]
     out: Column = column - kept @ (kept.T @ column)
     return out

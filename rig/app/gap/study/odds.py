@@ -16,9 +16,9 @@ from rig.gap.priors import Fitted, Odds
 from rig.gap.reference.expected import UNCORRECTED
 from rig.gap.reference.kinds import ReferenceKind
 
-LEAST_FACTORS = 60
+LEAST_ODDS_FACTORS = 60
 """Fewer tell nothing of odds that lie some nats apart."""
-SAME = {ReferenceKind.SESSION.value: ReferenceKind.SESSIONS.value, UNCORRECTED: ReferenceKind.FINGERPRINT.value}
+ALSO_FITTED = {ReferenceKind.SESSION.value: ReferenceKind.SESSIONS.value, UNCORRECTED: ReferenceKind.FINGERPRINT.value}
 """References by whose answers the odds of another are fitted too."""
 
 
@@ -42,15 +42,15 @@ def with_odds(
         for reference, family, one in _judgements(folder, left_out):
             judged.setdefault(reference, {}).setdefault(family, []).append(one)
     most = max(map(_count, judged.values()), default=0)
-    if most < LEAST_FACTORS:
+    if most < LEAST_ODDS_FACTORS:
         raise RecordError(
-            f"{most} factors of clear cases beside one reference are there; at least {LEAST_FACTORS} are needed"
+            f"{most} factors of clear cases beside one reference are there; at least {LEAST_ODDS_FACTORS} are needed"
         )
-    telling = {name: judged.get(SAME.get(name, name), {}) for name in levels.levels}
+    telling = {name: judged.get(ALSO_FITTED.get(name, name), {}) for name in levels.levels}
     fits = {
         name: _fitted(list(some.values()), levels.levels[name].odds, only or EVERY_ODDS)
         for name, some in telling.items()
-        if _count(some) >= LEAST_FACTORS
+        if _count(some) >= LEAST_ODDS_FACTORS
     }
     changed = {name: replace(levels.levels[name], odds=fit.odds) for name, fit in fits.items()}
     made = origin_of(" ".join(["odds", *(f"--odds {name}" for name in only)]), folders, left_out)
@@ -77,7 +77,7 @@ def _judgements(folder: CheckFolder, left_out: Sequence[str]) -> Iterator[tuple[
         right = sum(probability.get(one, 0.0) for one in names)
         none, unknown = probability.get(NONE, 0.0), probability.get(UNKNOWN, 0.0)
         said = Judgement(truth, none, unknown, right, factor.alone, factor.after_nothing)
-        yield SAME.get(factor.reference, factor.reference), factor.family, said
+        yield ALSO_FITTED.get(factor.reference, factor.reference), factor.family, said
 
 
 def _true(acting: Sequence[str]) -> tuple[FactorTruth, list[str]]:

@@ -28,6 +28,7 @@ from rig.parallel import each, executor
 from rig.record import Record
 
 FACTORS: Final = (0.5, 2.0)
+"""By which each number is multiplied."""
 WAYS: Final = ("session", "fingerprint", "simulator")
 """How the cases are asked, in turn."""
 OF_SHARE: Final = {"CREDIBLE", "EXCITED_POWER"}

@@ -36,13 +36,14 @@ from rig.record import Record
 
 DRIFT: Final = 0.01
 """Relative standard deviation of what drifts from day to day: the middle of what the blind check draws."""
-REACH: Final = 4.0
+TRIED_TIMES: Final = 4.0
 """Sizes are tried from this many times below to this many times above what is predicted."""
 HALVINGS: Final = 4
 """Of that range on a logarithmic scale: 2.8 octaves to 1.19."""
 WITHIN: Final = 1.5
 """Factor within which predicted and found sizes are meant to agree."""
 P0_MPA: Final = 0.2
+"""Rest pressure of the unit's model, MPa: the reference plants' own."""
 
 
 @dataclass(frozen=True)
@@ -55,7 +56,7 @@ class SizesFound:
     predicted: float
     """Seen in nine of ten cases, as the capability says."""
     found: float | None
-    """None where it is not found even at REACH times what is predicted."""
+    """None where it is not found even at TRIED_TIMES times what is predicted."""
 
 
 def compare_sizes(
@@ -127,14 +128,14 @@ def detected(model: Model, records: Sequence[Record], days: Sequence[Sequence[Re
 
 
 def threshold(seen: Callable[[float], bool], predicted: float) -> float | None:
-    """The size from which an effect is seen, between REACH times below and above what is predicted; None where it is
-    not seen at all, or the plant cannot bear it."""
+    """The size from which an effect is seen, between TRIED_TIMES times below and above what is predicted; None
+    where it is not seen at all, or the plant cannot bear it."""
     try:
-        if not seen(REACH * predicted):
+        if not seen(TRIED_TIMES * predicted):
             return None
     except RigError:
         return None
-    low, high = predicted / REACH, predicted * REACH
+    low, high = predicted / TRIED_TIMES, predicted * TRIED_TIMES
     for _ in range(HALVINGS):
         middle = float(np.sqrt(low * high))
         low, high = (low, middle) if seen(middle) else (middle, high)

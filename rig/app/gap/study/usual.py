@@ -27,9 +27,9 @@ from rig.model.parameters import Model
 from rig.parallel import executor
 from rig.record import Record
 
-DAYS = (1, 4)
+IDENTIFIED_DAYS = (1, 4)
 """Healthy days after the first, on which the unit is identified."""
-REFERENCES = (ReferenceKind.SIMULATOR.value, SISTER)
+USUAL_BESIDE = (ReferenceKind.SIMULATOR.value, SISTER)
 """Beside which it is usual."""
 
 
@@ -47,8 +47,8 @@ def with_usual(
     found = fit_usual([[day for family, day in told if family == name] for name in plan.families], levels.prior)
     command = f"pamrig gap study usual --units {plan.units} --seed {plan.seed}"
     made = origin(command, [plan.seed], plan.families, f"{len(rigs)} rigs, {len(told)} healthy days")
-    changed = {name: replace(levels.levels[name], usual=found) for name in REFERENCES}
-    provenance = levels.provenance.renewed({f"levels.{name}.usual": made for name in REFERENCES})
+    changed = {name: replace(levels.levels[name], usual=found) for name in USUAL_BESIDE}
+    provenance = levels.provenance.renewed({f"levels.{name}.usual": made for name in USUAL_BESIDE})
     return replace(levels, levels={**levels.levels, **changed}, provenance=provenance), found
 
 
@@ -56,7 +56,7 @@ def _of_rig(case: Case, settings: Fitted) -> list[Factors]:
     """What each effect would explain of the unit's days, on the pressures and on the angle; a simulator that runs away
     under them tells nothing."""
     model, days, found = identified(case), days_of(case), []
-    for number in DAYS:
+    for number in IDENTIFIED_DAYS:
         try:
             found.append(_shown(replace(model, fingerprint=None), days[number], settings))
         except ModelError:

@@ -22,10 +22,10 @@ from numpy.typing import NDArray
 from rig.gap.priors import Spread
 from rig.record import Column
 
-LEVEL = 0.90
+PREDICTION_LEVEL = 0.90
 """Of the interval."""
 FLOORS = (0.1, 0.2, 0.4, 0.8)
-LAWS = (0.1, 0.2, 0.4, 0.8)
+PREDICTION_LAW_SHARES = (0.1, 0.2, 0.4, 0.8)
 """Shares that are tried."""
 
 
@@ -67,11 +67,15 @@ def prediction_interval(one: Shrunk, spread: Spread) -> tuple[float, float]:
 
 
 def fit_spread(cases: Sequence[Shrunk], left_deg2: Sequence[float], families: Sequence[str]) -> Spread:
-    """The shares with the narrowest intervals (mean logarithm of their width), and the quantiles that hold LEVEL of
-    what was left (mean squares, deg^2, above what a healthy day shows there), on average over the families."""
+    """The shares with the narrowest intervals (mean logarithm of their width), and the quantiles that hold
+    PREDICTION_LEVEL of what was left (mean squares, deg^2, above what a healthy day shows there), on average over the
+    families."""
     off = np.array([left - one.middle_deg2 for one, left in zip(cases, left_deg2, strict=True)])
     of = np.array(families)
-    return min((_at(cases, off, of, floor, law) for floor in FLOORS for law in LAWS), key=lambda found: found[0])[1]
+    return min(
+        (_at(cases, off, of, floor, law) for floor in FLOORS for law in PREDICTION_LAW_SHARES),
+        key=lambda found: found[0],
+    )[1]
 
 
 def _at(cases: Sequence[Shrunk], off: Column, of: NDArray[np.str_], floor: float, law: float) -> tuple[float, Spread]:
@@ -83,9 +87,9 @@ def _at(cases: Sequence[Shrunk], off: Column, of: NDArray[np.str_], floor: float
 
 
 def conformal(scores: Column) -> tuple[float, float]:
-    """How far below and above zero an interval must reach to hold LEVEL of further scores (n,) like these: the
-    quantiles of order (n + 1) p, the outermost where there are too few."""
-    ordered, count, tail = np.sort(scores), len(scores), 0.5 * (1.0 - LEVEL)
+    """How far below and above zero an interval must reach to hold PREDICTION_LEVEL of further scores (n,) like
+    these: the quantiles of order (n + 1) p, the outermost where there are too few."""
+    ordered, count, tail = np.sort(scores), len(scores), 0.5 * (1.0 - PREDICTION_LEVEL)
     least = int(np.floor((count + 1) * tail)) - 1
     below, above = ordered[max(least, 0)], ordered[min(count - 1 - least, count - 1)]
     return max(float(-below), 0.01), max(float(above), 0.01)

@@ -13,7 +13,7 @@ from rig.columns import NORMAL_95
 from rig.errors import ModelError, RigError
 from rig.gap.answer.facts import ParameterMove, Retuning
 from rig.gap.answer.how_far.halves import in_halves
-from rig.gap.answer.settings import ALIKE, COLOUR_S, LEAST_MOVE, PLAIN, USEFUL, WIDE
+from rig.gap.answer.settings import COLOUR_S, LEAST_MOVE, PLAIN, RETUNED_ALIKE, USEFUL, WIDE
 from rig.gap.records.pairs import Pair
 from rig.gap.reference.expected import Expected
 from rig.gap.reference.gaps import without_mean
@@ -24,7 +24,7 @@ from rig.model.parameters import Model, Parameter, StageModel
 from rig.model.simulation import simulate
 from rig.record import Column
 
-STEPS = 5
+GAUSS_NEWTON_STEPS = 5
 """Gauss-Newton steps of the fit; from there each half is one step away."""
 THINNED = 4
 """Every fourth row of a record counts: its neighbours say the same."""
@@ -162,7 +162,7 @@ def _alike(
         same = float(absorbed @ those.closed) / max(
             float(np.sqrt(square_sum(absorbed) * square_sum(those.closed))), 1e-12
         )
-        if share >= ALIKE and same > 0.0 and same**2 >= ALIKE:
+        if share >= RETUNED_ALIKE and same > 0.0 and same**2 >= RETUNED_ALIKE:
             found[name] = same
     return tuple(sorted(found, key=lambda name: -found[name]))
 
@@ -204,7 +204,7 @@ def _cross_fitted(errors: "_Errors", count: int) -> tuple[Descent, Column, Colum
         return np.concatenate([errors.weighed(x), x])
 
     wide = np.full(count, WIDE)
-    fit = descend(residual, np.zeros(count), -wide, wide, STEPS)
+    fit = descend(residual, np.zeros(count), -wide, wide, GAUSS_NEWTON_STEPS)
     rows = len(fit.residual) - count
     slopes, left = fit.jacobian[:rows], fit.residual[:rows]
     level = max(float(np.sum(left**2)) / max(rows, 1), 1e-12) * errors.rows_as_one

@@ -22,9 +22,9 @@ from rig.gap.reference.kinds import ReferenceKind
 from rig.model.effect_stages import EFFECT_STAGES
 from rig.record import Column
 
-LEVEL = 0.95
+SIZE_LEVEL = 0.95
 """Of the interval."""
-LAWS = (0.0, 0.25, 0.5, 1.0, 2.0, 4.0)
+SIZE_LAW_SHARES = (0.0, 0.25, 0.5, 1.0, 2.0, 4.0)
 """Shares that are tried."""
 
 
@@ -75,8 +75,8 @@ def deviation_of(value: float, half: float, rho: float, reach: Reach) -> float:
 
 def fit_reach(cases: Sequence[NamedSize]) -> Reach:
     """The share with the narrowest intervals (mean logarithm of their width, as a share of the size), and the reach
-    that holds LEVEL of the cases of a family, on average over them."""
-    tried = [_at(cases, law) for law in LAWS]
+    that holds SIZE_LEVEL of the cases of a family, on average over them."""
+    tried = [_at(cases, law) for law in SIZE_LAW_SHARES]
     return min(tried, key=lambda found: found[0])[1]
 
 
@@ -91,5 +91,5 @@ def _at(cases: Sequence[NamedSize], law: float) -> tuple[float, Reach]:
 
 
 def _quantile(off: Column) -> float:
-    """That holds LEVEL of further ones like these (n,); the outermost where there are too few."""
-    return float(np.sort(off)[min(int(np.ceil((len(off) + 1) * LEVEL)), len(off)) - 1])
+    """That holds SIZE_LEVEL of further ones like these (n,); the outermost where there are too few."""
+    return float(np.sort(off)[min(int(np.ceil((len(off) + 1) * SIZE_LEVEL)), len(off)) - 1])

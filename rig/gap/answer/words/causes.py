@@ -11,7 +11,7 @@ from rig.gap.answer.words.effects import EffectWords, capital, noun_of
 from rig.gap.answer.words.effects_without_valves import words_of
 from rig.gap.answer.words.sizes import size
 from rig.gap.hypotheses.inverse_problems import ANGLE, PRESSURES
-from rig.gap.settings import EVEN_CHANCE, FAR
+from rig.gap.settings import EVEN_CHANCE, LARGE_GAP
 
 MOST_ALIKE = 4
 """Effects that one sentence lists by name."""
@@ -105,7 +105,7 @@ def _rest(diagnosis: Diagnosis) -> str:
     if diagnosis.verdict is Verdict.PARTLY_EXPLAINED:
         return f"; something else is there too{_seen(diagnosis)}, that {unexplained(diagnosis)}"
     gap = diagnosis.gap
-    if gap.after_deg > FAR * gap.floor_deg and any(cause.judged_on not in RAW for cause in diagnosis.named):
+    if gap.after_deg > LARGE_GAP * gap.floor_deg and any(cause.judged_on not in RAW for cause in diagnosis.named):
         return "; the laws follow these records only roughly, and no others do so more closely"
     return "; nothing else is needed to explain these records"
 

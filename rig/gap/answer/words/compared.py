@@ -15,7 +15,7 @@ SOURCES = {
 }
 _AS_NOISE = ("quantisation", "sensor_noise")
 """Effects that a fingerprint's noise says were not there."""
-FEW = 4
+MOST_NAMED = 4
 """Effects that are named in a sentence; of more their number is enough."""
 
 
@@ -58,7 +58,7 @@ def error(diagnosis: Diagnosis) -> str:
 
 def no_effect(diagnosis: Diagnosis) -> str:
     """No effect of the library; where not all were asked about, none of those, which are named while they are few."""
-    few = f" ({', '.join(diagnosis.only)})" if len(diagnosis.only) <= FEW else ""
+    few = f" ({', '.join(diagnosis.only)})" if len(diagnosis.only) <= MOST_NAMED else ""
     return f"none of the effects asked about{few}" if diagnosis.only else "no effect of the library"
 
 

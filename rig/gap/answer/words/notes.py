@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 EARLIER = "baseline "
 """How a note begins that is of a record of an earlier day."""
-LISTED = 3
+NAMED_RECORDS = 3
 """Records that one line lists by name; of more the others are counted."""
 
 
@@ -24,6 +24,6 @@ def _one_line(earlier: bool, names: Sequence[str], text: str) -> str:
         return text
     if len(names) == 1:
         return f"{EARLIER if earlier else ''}{names[0]}: {text}"
-    listed = ", ".join(names[:LISTED])
-    more = f" and {len(names) - LISTED} more" if len(names) > LISTED else ""
+    listed = ", ".join(names[:NAMED_RECORDS])
+    more = f" and {len(names) - NAMED_RECORDS} more" if len(names) > NAMED_RECORDS else ""
     return f"{len(names)} records{' of earlier days' if earlier else ''} ({listed}{more}): {text}"

@@ -8,7 +8,7 @@ from rig.gap.answer.words.retuning import absorbed, moves
 from rig.gap.answer.words.sizes import degrees
 from rig.gap.raw_tests.signature import MONITOR
 from rig.gap.reference.kinds import ReferenceKind
-from rig.gap.settings import ABOVE_FLOOR, FAR
+from rig.gap.settings import ABOVE_FLOOR, LARGE_GAP
 
 
 def nothing_found(diagnosis: Diagnosis) -> str:
@@ -27,7 +27,7 @@ def nothing_found(diagnosis: Diagnosis) -> str:
 def _nothing(diagnosis: Diagnosis) -> str:
     gap = diagnosis.gap
     size_of, usual = degrees(gap.rms_deg), degrees(gap.floor_deg)
-    if gap.rms_deg > FAR * gap.floor_deg:
+    if gap.rms_deg > LARGE_GAP * gap.floor_deg:
         return _far_and_nothing(diagnosis)
     if from_model(diagnosis):
         described = diagnosis.reference is ReferenceKind.FINGERPRINT

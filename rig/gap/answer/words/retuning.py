@@ -8,7 +8,7 @@ from rig.gap.answer.facts import ParameterMove, Retuning
 from rig.gap.answer.result import Diagnosis, Interval
 from rig.gap.answer.settings import ABSORBED_SHARE, AS_MUCH, LEAST_TOLD
 from rig.gap.answer.words.causes import in_pressures
-from rig.gap.answer.words.compared import FEW
+from rig.gap.answer.words.compared import MOST_NAMED
 from rig.gap.answer.words.effects import capital, noun_of
 from rig.gap.answer.words.sizes import degrees, percent, size
 from rig.gap.reference.kinds import ReferenceKind
@@ -138,8 +138,8 @@ def _moved(tuning: Retuning, channels: Channels) -> str:
 
 def _first_of(effects: Sequence[str]) -> str:
     """The first effects of a list by name, and how many more there are."""
-    more = f" and {len(effects) - FEW} more" if len(effects) > FEW else ""
-    return f"{', '.join(map(noun_of, effects[:FEW]))}{more}"
+    more = f" and {len(effects) - MOST_NAMED} more" if len(effects) > MOST_NAMED else ""
+    return f"{', '.join(map(noun_of, effects[:MOST_NAMED]))}{more}"
 
 
 def _beyond(diagnosis: Diagnosis, tuning: Retuning) -> str:

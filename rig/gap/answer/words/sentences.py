@@ -18,7 +18,7 @@ from rig.gap.answer.words.sizes import degrees, percent
 from rig.gap.answer.words.stages import where_it_lies
 from rig.gap.answer.words.sureness import how_sure, likelier
 from rig.gap.reference.kinds import ReferenceKind
-from rig.gap.settings import EVEN_CHANCE, FAR
+from rig.gap.settings import EVEN_CHANCE, LARGE_GAP
 
 
 def answers(diagnosis: Diagnosis) -> dict[str, str]:
@@ -69,7 +69,7 @@ def _as_sure_as_it_is(sentence: str, diagnosis: Diagnosis) -> str:
 def _what_the_model_misses(diagnosis: Diagnosis) -> str:
     """That a model misses the earlier days themselves, where it plainly does."""
     misfit = diagnosis.evidence.model_misfit_deg
-    if misfit is None or misfit <= FAR * diagnosis.gap.floor_deg:
+    if misfit is None or misfit <= LARGE_GAP * diagnosis.gap.floor_deg:
         return ""
     return (
         f"as it stands it misses the earlier days by {degrees(misfit)} deg rms. That is no part of the gap, "

@@ -1,6 +1,6 @@
 """How sure an answer is as a whole, and what the rest is given to, in a sentence."""
 
-from rig.gap.answer.facts import BESIDE, Judged
+from rig.gap.answer.facts import JUDGED_BESIDE, Judged
 from rig.gap.answer.result import Diagnosis
 from rig.gap.answer.settings import SURE, WORTH
 from rig.gap.answer.words.effects import noun_of
@@ -67,6 +67,6 @@ def _nothing(diagnosis: Diagnosis, factor: str) -> str:
 
 def _answered(diagnosis: Diagnosis, factor: str) -> set[str]:
     """What the answer holds for true of a factor, or, of one that is judged beside an effect, beside that."""
-    channel, _, given = factor.partition(BESIDE)
+    channel, _, given = factor.partition(JUDGED_BESIDE)
     here = {cause.effect for cause in diagnosis.causes if cause.judged_on == channel}
     return here - {given} or {NONE}

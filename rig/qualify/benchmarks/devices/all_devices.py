@@ -27,7 +27,7 @@ from rig.qualify.benchmarks.devices.fieldbus_rig import quantiles_us, tick
 from rig.qualify.benchmarks.devices.tick import bench_tick
 from rig.realtime.clock import MonotonicClock
 
-TICKS: Final = 20_000
+ALL_DEVICES_TICKS: Final = 20_000
 ROUND: Final = 100
 """Driver and peer take turns in rounds of so many ticks, so that a drift of the machine meets both."""
 _OURS: Final = "the simulated rig has no peer: it is this project's own model"
@@ -50,7 +50,7 @@ def _myrio(folder: Path) -> dict[str, Any]:
     context = DeviceContext(clock, frozenset(Role), 0.2, 0.2, period_ns=1_000_000_000)
     device = MyRio(settings, context)
     device.open()
-    with_plant = quantiles_us(_ticks(device, TICKS // 4))
+    with_plant = quantiles_us(_ticks(device, ALL_DEVICES_TICKS // 4))
     stand_in.close()  # registers stand still from here on: only driver and package are left to be timed
     ours, bare = _in_turns(lambda: tick(device), _bare_tick(settings))
     figures = {
@@ -124,7 +124,7 @@ def _mixed(settings: MyRioSettings, context: DeviceContext) -> dict[str, Any]:
 def _simulated() -> dict[str, Any]:
     device = compose.make_device(compose.load(None), MonotonicClock())
     device.open()
-    found = quantiles_us(_ticks(device, TICKS // 4))
+    found = quantiles_us(_ticks(device, ALL_DEVICES_TICKS // 4))
     device.close()
     return {f"simulated rig in the process, tick {key}": figure(found[key], "us", why=_OURS) for key in ("p50", "p99")}
 
@@ -148,7 +148,7 @@ def _timed(call: Callable[[], object]) -> int:
 def _in_turns(ours: Callable[[], None], peer: Callable[[], None]) -> tuple[dict[str, float], dict[str, float]]:
     """The median over the rounds of each round's quantiles: a pause of the machine meets one round, not the figure."""
     rounds: tuple[list[dict[str, float]], list[dict[str, float]]] = ([], [])
-    for _ in range(TICKS // ROUND):
+    for _ in range(ALL_DEVICES_TICKS // ROUND):
         for call, found in zip((ours, peer), rounds, strict=True):
             found.append(quantiles_us([_timed(call) for _ in range(ROUND)]))
     first, second = ({key: median(one[key] for one in found) for key in ("p50", "p99")} for found in rounds)

@@ -31,7 +31,7 @@ from rig.qualify.benchmarks.devices.fieldbus_rig import (
     tick,
 )
 
-TICKS: Final = 2000
+FIELDBUS_TICKS: Final = 2000
 RATE_S: Final = 1.0
 
 
@@ -179,7 +179,7 @@ def _count(call: Callable[[], object]) -> int:
 def _in_turns(ours: Callable[[], None], peer: Callable[[], None]) -> tuple[dict[str, float], dict[str, float]]:
     """Driver and package in rounds of fifty, so that a drift of the machine meets both."""
     times: tuple[list[int], list[int]] = ([], [])
-    for _ in range(TICKS // 50):
+    for _ in range(FIELDBUS_TICKS // 50):
         for call, found in zip((ours, peer), times, strict=True):
             for _ in range(50):
                 began = time.perf_counter_ns()

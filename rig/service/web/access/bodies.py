@@ -12,8 +12,10 @@ from starlette.requests import ClientDisconnect, Request
 from rig.service.web.access.guard import visitor_of
 from rig.service.web.access.visitors import Visitors
 
-MOST_BYTES: Final = 16 * 1024
-PATIENCE_S: Final = 5.0
+MOST_BODY_BYTES: Final = 16 * 1024
+"""Bytes of a request's body at most."""
+BODY_PATIENCE_S: Final = 5.0
+"""For a whole request, s."""
 _MOST_FIELDS: Final = 20
 
 
@@ -58,15 +60,17 @@ def texts(given: dict[str, Any], name: str) -> list[str]:
 async def _read(request: Request) -> bytes:
     body = b""
     try:
-        async with asyncio.timeout(PATIENCE_S):
+        async with asyncio.timeout(BODY_PATIENCE_S):
             async for part in request.stream():
                 body += part
-                if len(body) > MOST_BYTES:
-                    raise HTTPException(413, f"a request has at most {MOST_BYTES} bytes", {"Connection": "close"})
+                if len(body) > MOST_BODY_BYTES:
+                    raise HTTPException(413, f"a request has at most {MOST_BODY_BYTES} bytes", {"Connection": "close"})
     except ClientDisconnect:
         raise HTTPException(400, "the request was cut short") from None
     except TimeoutError:
-        raise HTTPException(408, f"the request did not come within {PATIENCE_S:g} s", {"Connection": "close"}) from None
+        raise HTTPException(
+            408, f"the request did not come within {BODY_PATIENCE_S:g} s", {"Connection": "close"}
+        ) from None
     return body
 
 

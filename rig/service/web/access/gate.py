@@ -6,7 +6,7 @@ from typing import Any, Final
 
 from uvicorn.protocols.http.h11_impl import H11Protocol
 
-MOST: Final = 200
+MOST_CONNECTIONS: Final = 200
 """Connections beside those of viewers' sockets; one more, and the one that has been idle for longest goes."""
 REQUEST_S: Final = 10.0
 """For a request's first line and headers, once the connection is there or the answer before is given."""
@@ -21,7 +21,7 @@ Admits = Callable[[tuple[Any, ...], tuple[Any, ...]], str]
 class OpenConnections:
     """Every connection that is not a viewer's socket, with the time since when it idles."""
 
-    def __init__(self, clock: Callable[[], float], most: int = MOST) -> None:
+    def __init__(self, clock: Callable[[], float], most: int = MOST_CONNECTIONS) -> None:
         self._clock, self._most = clock, most
         self._since: dict[Any, float] = {}
         self._sweeping: asyncio.Task[None] | None = None

@@ -12,6 +12,7 @@ from typing import Final
 
 COOKIE: Final = "pamrig_page"
 LASTS_S: Final = 30 * 86400
+"""A login lasts so long, s: thirty days."""
 GUESSES: Final = 5
 """Wrong tokens from one address, and for all addresses ten times as many, before the next must wait."""
 FORGET_S: Final = 60.0

@@ -20,7 +20,8 @@ from rig.service.queue.expander import plans_of
 from rig.service.session.run_setup import program_of
 from rig.service.web.units import units_of
 
-POINTS: Final = 2000
+CURVE_POINTS: Final = 2000
+"""Points of one curve, and lines of a log, on a page at most."""
 _PRESSURES: Final = ("p1_cmd_mpa", "p2_cmd_mpa", "p1_mpa", "p2_mpa")
 _FACTS: Final = ("valid", "ticks", "missed", "dropped", "complete", "fault", "ended", "angle_zero_deg")
 _NAMED: Final = 50
@@ -36,7 +37,7 @@ def preview(path: Path, rig: RigConfig) -> dict[str, Any]:
     plans = plans_of(path, rig)
     p1, p2 = (np.concatenate(parts) for parts in zip(*(_set_points(plan) for plan in plans), strict=True))
     time_s = np.arange(len(p1)) * rig.period_ns / 1e9
-    rows, own = ends(p1 - p2, POINTS), rig.channels
+    rows, own = ends(p1 - p2, CURVE_POINTS), rig.channels
     shown = {"p1_cmd_mpa": p1, "p2_cmd_mpa": p2} if own.has_valves else {"input": own.own_input(p1 - p2)}
     lowest, highest = (float(of([of(column) for column in shown.values()])) for of in (np.min, np.max))
     steps = max(float(np.abs(np.diff(column)).max(initial=0.0)) for column in shown.values())
@@ -71,7 +72,7 @@ def record(path: Path) -> dict[str, Any]:
         samples, lines = log.everything()
     begin_ns = int(samples.log_time_ns[0]) if len(samples) else 0
     told = [{"t_s": (line.time_ns - begin_ns) / 1e9, "level": line.level, "text": line.message} for line in lines]
-    seen = {"units": units_of(shown.channels), "columns": _columns(shown), "lines": told[:POINTS]}
+    seen = {"units": units_of(shown.channels), "columns": _columns(shown), "lines": told[:CURVE_POINTS]}
     return {**facts_of(path), "seconds": float(shown.t_s[-1]), **seen}
 
 
@@ -84,7 +85,7 @@ def compared(a: Path, b: Path) -> dict[str, Any]:
     """Two records over the time they have in common: both, and B minus A, in their own unit."""
     (pair,) = compare.compare([_first(a)], [_first(b)]).pairs
     left = np.asarray(pair.b.angle_deg, dtype=np.float64) - np.asarray(pair.a.angle_deg, dtype=np.float64)
-    rows, per_deg = ends(left, POINTS), pair.channels.output_per_deg
+    rows, per_deg = ends(left, CURVE_POINTS), pair.channels.output_per_deg
     off = pair.angle.times(per_deg)
     return {
         "units": units_of(pair.channels),
@@ -133,7 +134,7 @@ def _first(path: Path) -> Record:
 
 def _columns(record: Record, rows: Rows | None = None) -> dict[str, list[float | None]]:
     if rows is None:
-        rows = ends(record.dp_cmd_mpa if record.angle_deg is None else record.angle_deg, POINTS)
+        rows = ends(record.dp_cmd_mpa if record.angle_deg is None else record.angle_deg, CURVE_POINTS)
     own = record.channels
     shown = {"t_s": record.t_s, "input": own.own_input(record.dp_cmd_mpa)}
     if record.angle_deg is not None:

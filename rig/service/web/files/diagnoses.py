@@ -16,9 +16,12 @@ from rig.config import finite
 from rig.errors import RecordError, RigError, StateError
 from rig.service.web.files.diagnosis_json import DiagnosedDay, gap_of, unit_of
 
-REFERENCES: Final = ("auto", "sessions", "session", "fingerprint", "simulator")
-PATIENCE_S: Final = 1800.0
+REFERENCE_CHOICES: Final = ("auto", "sessions", "session", "fingerprint", "simulator")
+"""What may stand for the rig without a gap; auto: the diagnosis chooses."""
+DIAGNOSIS_PATIENCE_S: Final = 1800.0
+"""A diagnosis that takes longer is ended, s."""
 MOST_SHOWN: Final = 100
+"""The latest ones; older ones stay in their folder."""
 _ASKED, _FOUND, _REPORT, _SAID = "asked.json", "found.json", "report.html", "said.txt"
 
 
@@ -45,8 +48,8 @@ class Diagnoses:
 
     def begin(self, question: DiagnosisRequest, log: Path, model: Path, baselines: Sequence[Path]) -> str:
         """Start one; returns its name. StateError while another is at work, RigError for a reference that is none."""
-        if question.reference not in REFERENCES:
-            raise RigError(f"{question.reference[:40]!a}: no such reference; allowed: {', '.join(REFERENCES)}")
+        if question.reference not in REFERENCE_CHOICES:
+            raise RigError(f"{question.reference[:40]!a}: no such reference; allowed: {', '.join(REFERENCE_CHOICES)}")
         if self._working:
             raise StateError("a diagnosis is at work; wait for its end")
         name = time.strftime("%Y%m%dT%H%M%SZ", time.gmtime(question.asked_s))
@@ -114,7 +117,7 @@ class Diagnoses:
 async def _ended(process: asyncio.subprocess.Process) -> None:
     """Until it is over; one that takes too long is ended."""
     try:
-        await asyncio.wait_for(process.wait(), PATIENCE_S)
+        await asyncio.wait_for(process.wait(), DIAGNOSIS_PATIENCE_S)
     except TimeoutError:
         process.kill()
         await process.wait()

@@ -11,6 +11,7 @@ from rig.errors import RecordError
 LOOSE: Final = "-loose-"
 """The session of files that lie in the folder itself."""
 MOST_SESSIONS: Final = 500
+"""The latest that are listed."""
 _SUFFIX: Final = ".mcap"
 _STAMP: Final = re.compile(r"\d{8}T\d{6}Z")
 

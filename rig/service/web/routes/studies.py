@@ -14,7 +14,7 @@ from rig.service.web.access.bodies import text, texts
 from rig.service.web.access.guard import visitor_of
 from rig.service.web.files.bringup import BringUp
 from rig.service.web.files.catalogue import Catalogue
-from rig.service.web.files.diagnoses import REFERENCES, Diagnoses, DiagnosisRequest
+from rig.service.web.files.diagnoses import REFERENCE_CHOICES, Diagnoses, DiagnosisRequest
 from rig.service.web.files.history import history_json
 from rig.service.web.files.hunts import hunts
 from rig.service.web.files.records import SessionFolders
@@ -58,7 +58,7 @@ class Studies:
         ]
 
     async def _all(self, _: Request) -> Any:
-        return {"diagnoses": self._diagnoses.all(), "models": self._models.names, "references": REFERENCES}
+        return {"diagnoses": self._diagnoses.all(), "models": self._models.names, "references": REFERENCE_CHOICES}
 
     async def _history(self, request: Request) -> Any:
         asked = request.query_params

@@ -14,9 +14,13 @@ from rig.channels import PNEUMATIC, Channels
 from rig.model.chain import Chain
 
 FINE_S: Final = 0.02
+"""From one row of the fine curve to the next, s: 50 rows a second."""
 FINE_KEPT_S: Final = 60.0
+"""How long fine rows are kept, s."""
 STRETCH: Final = 10
+"""Fine rows of which the coarse curve keeps the ends."""
 COARSE_KEPT_S: Final = 600.0
+"""How long coarse rows are kept, s."""
 COLUMNS: Final = ("t_s", "input", "output", "simulated", "residual", "p1_cmd_mpa", "p2_cmd_mpa", "p1_mpa", "p2_mpa")
 """Of a row; input, output and what the simulator says are in the rig's own units. Pressures where the rig has them."""
 _OUTPUT: Final = COLUMNS.index("output")

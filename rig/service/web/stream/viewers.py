@@ -11,7 +11,8 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 from rig.service.web.access.command_holder import CommandHolder
 from rig.service.web.access.guard import visitor_of
 
-MOST: Final = 64
+MOST_VIEWERS: Final = 64
+"""Open pages with a stream of their own; a further one is refused."""
 _WAITING: Final = 100
 """Messages, four seconds' worth, for one viewer."""
 _TOO_MANY: Final = 1013  # try again later (RFC 6455, IANA's registry)
@@ -40,7 +41,7 @@ class Viewers:
 
     async def serve(self, socket: WebSocket) -> None:
         """One viewer until he goes. What he says is read and not looked at."""
-        if len(self._queues) >= MOST:
+        if len(self._queues) >= MOST_VIEWERS:
             await socket.close(_TOO_MANY)
             return
         visitor = visitor_of(socket.scope)

@@ -240,7 +240,7 @@ def test_the_first_set_points_are_the_pressures_that_stand(
     device: Standing, begins: tuple[float, float], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The first ones were the safe pressures, whatever stood there: a rig without air jumped to them."""
-    monkeypatch.setattr(bringup, "LOOK_S", 0.02)
+    monkeypatch.setattr(bringup, "AVERAGED_S", 0.02)
     monkeypatch.setattr(bringup, "SLEW_MPA_S", 2.0)
     step_mpa = 2.0 * 0.005
     with DeviceTicker(device, 5_000_000, SAFE_MPA) as ticker:

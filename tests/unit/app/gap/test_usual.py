@@ -15,11 +15,11 @@ def test_a_rig_is_asked_beside_its_own_simulator_for_both_kinds_of_it() -> None:
     levels, found = with_usual(fitted(), PLAN, told.append)
     assert told == [1]
     assert set({} if found is None else found.scales) <= set(LIBRARY)
-    for name in usual.REFERENCES:
+    for name in usual.USUAL_BESIDE:
         assert levels.levels[name].usual == found
         made = levels.provenance.of(f"levels.{name}.usual")
         assert made is not None
         assert made.seeds == [302]
         assert made.families == [NAMES[0]]
-        assert f"{len(usual.DAYS)} healthy days" in made.fitted_on
+        assert f"{len(usual.IDENTIFIED_DAYS)} healthy days" in made.fitted_on
     assert levels.levels["session"] == fitted().levels["session"]

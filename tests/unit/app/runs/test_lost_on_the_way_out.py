@@ -50,7 +50,7 @@ def lost_on_the_way_out(monkeypatch: pytest.MonkeyPatch) -> SimpleNamespace:
     monkeypatch.setattr(runner, "loop_process", loop_whose_device_takes_no_safe_state)
     monkeypatch.setattr(compose, "outlives_the_loop", lambda _: True)
     monkeypatch.setattr(runner, "watching", lambda _: beside)
-    monkeypatch.setattr("rig.service.session.session.SETTLE_S", 0.3)
+    monkeypatch.setattr("rig.service.session.session.SAFE_STATE_S", 0.3)
     return device
 
 
@@ -64,7 +64,7 @@ def test_a_device_that_is_lost_on_the_way_out_is_told_though_every_record_is_who
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The loop ended in good order, nobody brought the valves to their safe set-points, and the command succeeded."""
-    monkeypatch.setattr(trying_on, "PATIENCE_S", 0.3)
+    monkeypatch.setattr(trying_on, "TRYING_ON_S", 0.3)
     outcome = carried_out(tmp_path)
     assert [(run.valid, run.fault) for run in outcome.runs] == [(True, 0)]
     assert reproach(outcome).startswith(

@@ -11,7 +11,7 @@ from support.records.told_answers import told as told_answer
 
 from rig.gap.answer.observations import JudgedSignatures, judged_signatures
 from rig.gap.answer.result import Interval, Observation
-from rig.gap.answer.settings import LEAST_SHARE
+from rig.gap.answer.settings import LEAST_SIGNATURE_SHARE
 from rig.gap.answer.words.sentences import answers, headline
 from rig.gap.raw_tests.signature import Signature, Size
 from rig.gap.records.pairs import pair_up
@@ -42,7 +42,9 @@ def told(one: Signature, days: int, else_found: bool) -> JudgedSignatures:
 
 
 @pytest.mark.parametrize("else_found", [True, False])
-@pytest.mark.parametrize(("share", "cause"), [(0.9 * LEAST_SHARE, False), (1.2 * LEAST_SHARE, True)])
+@pytest.mark.parametrize(
+    ("share", "cause"), [(0.9 * LEAST_SIGNATURE_SHARE, False), (1.2 * LEAST_SIGNATURE_SHARE, True)]
+)
 def test_without_an_earlier_day_a_mark_is_a_cause_where_it_makes_up_some_of_the_gap(
     share: float, cause: bool, else_found: bool
 ) -> None:

@@ -7,7 +7,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rig.gap.answer.how_far.size_intervals import LEVEL, NamedSize, deviation_of, fit_reach, half_width, reference_of
+from rig.gap.answer.how_far.size_intervals import (
+    SIZE_LEVEL,
+    NamedSize,
+    deviation_of,
+    fit_reach,
+    half_width,
+    reference_of,
+)
 from rig.gap.priors import Reach, fitted
 from rig.gap.reference.kinds import ReferenceKind
 
@@ -34,7 +41,7 @@ def held(reach: Reach, of: list[NamedSize]) -> float:
 @pytest.mark.parametrize(("noise", "law"), [(1.0, 0.0), (3.0, 0.0), (1.0, 1.0)])
 def test_fitted_on_some_cases_it_holds_as_many_of_others_as_it_says(noise: float, law: float) -> None:
     reach = fit_reach(cases(1, 400, noise, law))
-    assert held(reach, cases(2, 2000, noise, law)) == pytest.approx(LEVEL, abs=0.03)
+    assert held(reach, cases(2, 2000, noise, law)) == pytest.approx(SIZE_LEVEL, abs=0.03)
 
 
 def test_where_the_likelihood_is_right_the_fit_says_so() -> None:

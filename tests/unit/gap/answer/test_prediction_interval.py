@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from rig.gap.answer.how_far.prediction_interval import (
-    LEVEL,
+    PREDICTION_LEVEL,
     Shrunk,
     conformal,
     fit_spread,
@@ -51,7 +51,7 @@ def test_the_fitted_interval_holds_further_cases_as_often_as_it_says() -> None:
     cases, left = drawn(1000, 2)
     said = [prediction_interval(one, spread) for one in cases]
     held = [low**2 <= value <= high**2 for (low, high), value in zip(said, left, strict=True)]
-    assert np.mean(held) == pytest.approx(LEVEL, abs=0.03)
+    assert np.mean(held) == pytest.approx(PREDICTION_LEVEL, abs=0.03)
 
 
 def test_a_build_that_is_missed_more_counts_as_much_as_one_with_many_cases() -> None:
@@ -72,5 +72,5 @@ def test_too_few_scores_reach_to_the_outermost() -> None:
     assert conformal(np.array([-0.5, 0.1, 2.0])) == (0.5, 2.0)
     many = np.linspace(-1.0, 1.0, 1001)
     below, above = conformal(many)
-    assert below == pytest.approx(LEVEL, abs=0.01)
-    assert above == pytest.approx(LEVEL, abs=0.01)
+    assert below == pytest.approx(PREDICTION_LEVEL, abs=0.01)
+    assert above == pytest.approx(PREDICTION_LEVEL, abs=0.01)

@@ -13,7 +13,7 @@ from rig.gap.answer.facts import Verdict
 from rig.gap.diagnosis import diagnose_with_grounds
 from rig.gap.hypotheses.library import NONE, UNKNOWN
 from rig.gap.pipeline import Grounds
-from rig.gap.settings import EITHER_CHANCE, FAR
+from rig.gap.settings import EITHER_CHANCE, LARGE_GAP
 from rig.model.parameters import AddedEffect
 from rig.record import Column, Record
 
@@ -44,7 +44,7 @@ def test_nothing_is_no_answer_to_a_gap_that_no_healthy_rig_shows(share: float, s
     assert isinstance(grounds, Grounds)
     pressures = grounds.posteriors[0]
     assert found.verdict == said
-    assert (pressures.beyond > FAR) is (said == "unknown")
+    assert (pressures.beyond > LARGE_GAP) is (said == "unknown")
     assert contradictions(found.to_json()) == []
     if said == "unknown":
         assert pressures.best == NONE
@@ -60,7 +60,7 @@ def test_an_effect_that_leaves_as_much_is_not_all_there_is(share: float, said: V
     assert isinstance(grounds, Grounds)
     pressures = grounds.posteriors[0]
     assert (pressures.best, found.verdict) == ("delay", said)
-    assert (pressures.beyond > FAR) is (said == "partly_explained")
+    assert (pressures.beyond > LARGE_GAP) is (said == "partly_explained")
     assert pressures.beside < EITHER_CHANCE, "the likelihood holds the law for rough"
     assert [(one.effect, one.judged_on) for one in found.causes[1:]] == [(UNKNOWN, "pressures")] * len(found.causes[1:])
     assert contradictions(found.to_json()) == []

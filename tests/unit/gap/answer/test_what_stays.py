@@ -13,7 +13,7 @@ from rig.gap.answer.facts import Verdict
 from rig.gap.answer.unknowns import closes_little, explains_too_little, unknowns
 from rig.gap.answer.words.sentences import headline
 from rig.gap.hypotheses.library import UNKNOWN
-from rig.gap.settings import ABOVE_FLOOR, EITHER_CHANCE, FAR
+from rig.gap.settings import ABOVE_FLOOR, EITHER_CHANCE, LARGE_GAP
 from rig.model.parameters import AddedEffect
 from rig.record import Record
 
@@ -91,9 +91,9 @@ def test_what_closes_less_than_half_of_a_gap_does_not_explain_it(after_deg: floa
     ("before_deg", "after_deg", "share", "too_little"),
     [
         (3.0, 1.9, 0.1, False),
-        (FAR - 0.1, FAR - 0.1, 0.9, False),
-        (FAR - 0.1, FAR - 0.1, 0.4, True),
-        (FAR + 0.1, FAR + 0.1, 0.9, True),
+        (LARGE_GAP - 0.1, LARGE_GAP - 0.1, 0.9, False),
+        (LARGE_GAP - 0.1, LARGE_GAP - 0.1, 0.4, True),
+        (LARGE_GAP + 0.1, LARGE_GAP + 0.1, 0.9, True),
     ],
     ids=["closes most", "the pressures are explained", "half of them are not", "a large gap stays as it was"],
 )

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from support.plants.gap_rigs import model, session
 
 from rig.app.gap.known_rigs import known_of
-from rig.app.gap.study.smallest_sizes import REACH, SizesFound, rows_of, sizes_page, threshold
+from rig.app.gap.study.smallest_sizes import TRIED_TIMES, SizesFound, rows_of, sizes_page, threshold
 from rig.errors import RigError
 from rig.excite.experiment import Entry, Timing
 from rig.excite.signals import Sine
@@ -24,7 +24,7 @@ from rig.gap.plan.directions import columns, usual_directions
 from rig.gap.plan.information import Information, inform, separations
 from rig.gap.plan.next_experiment import Hypothesis, next_experiment
 from rig.gap.plan.planned_records import KnownRig, expect_planned, factors_of, known_rig
-from rig.gap.plan.raw_ability import RAW, STEP, raw_abilities, smallest
+from rig.gap.plan.raw_ability import RAW, SIZE_FACTOR, raw_abilities, smallest
 from rig.gap.priors import fitted
 from rig.gap.records.pairs import pair_up
 from rig.gap.reference.build import expect, known_how
@@ -109,7 +109,7 @@ def test_raw_effects_are_seen_from_smaller_sizes_beside_an_earlier_day() -> None
 def test_the_smallest_size_is_found_to_a_step(edge: float) -> None:
     found = smallest(lambda size: size >= edge, 1e-3, 20.0)
     assert found is not None
-    assert edge <= found <= edge * STEP * 1.001
+    assert edge <= found <= edge * SIZE_FACTOR * 1.001
 
 
 def test_a_size_between_the_last_doubled_step_and_the_end_of_the_range_is_found() -> None:
@@ -134,7 +134,7 @@ def refusing(size: float) -> bool:
     raise RigError("the joint left its travel")
 
 
-@pytest.mark.parametrize("seen", [lambda size: False, lambda size: size > REACH, refusing])
+@pytest.mark.parametrize("seen", [lambda size: False, lambda size: size > TRIED_TIMES, refusing])
 def test_what_is_not_found_at_all_is_none(seen: Callable[[float], bool]) -> None:
     assert threshold(seen, 1.0) is None
 

@@ -12,14 +12,14 @@ from rig.conditions import MEASURED_REST
 from rig.errors import ModelError, RecordError
 from rig.gap.records.alignment import align
 from rig.gap.records.conditions import difference
-from rig.gap.records.dropouts import MEASURED, Rows
+from rig.gap.records.dropouts import Rows
 from rig.gap.records.holes import bridged
 from rig.gap.records.pairs import pair_up
 from rig.gap.records.partners import find_partner
 from rig.gap.records.periods import period_rows, whole_periods
 from rig.gap.records.settings import ANGLE_AGAINST, FARTHEST, MOST_SHIFT_S, SAME_COMMAND
 from rig.gap.records.usable import beyond_reach, check_direction, check_reach, check_scale, farther, usable
-from rig.record import Column, Record
+from rig.record import MEASURED_COLUMNS, Column, Record
 
 T = np.arange(0.0, 10.0, 0.005)
 
@@ -142,7 +142,7 @@ def test_what_drove_the_joint_in_a_hole_is_another_days_or_the_set_points(second
     """A straight line through half a sine leaves the joint's memory wrong long after. Beside a day rows are missing,
     without one what was measured is."""
     hole = np.abs(T - 3.2 - 0.5 * seconds) <= 0.5 * seconds
-    silent = replace(regulated(), **{n: np.where(hole, np.nan, getattr(regulated(), n)) for n in MEASURED})
+    silent = replace(regulated(), **{n: np.where(hole, np.nan, getattr(regulated(), n)) for n in MEASURED_COLUMNS})
     pair = pair_up([paused(regulated(), hole) if days else silent], [[regulated(off_mpa=0.01)]] * days, 0.2).pairs[0]
     assert pair.case.p1_mpa == pytest.approx(0.2 + 0.05 * np.sin(np.pi * pair.t_s), abs=2e-3)
     assert 0.9 * seconds < np.sum(pair.used == 0.0) * pair.dt_s < seconds + 0.1

@@ -39,7 +39,7 @@ def test_a_disk_that_does_not_answer_holds_nobody_up(tmp_path: Path, monkeypatch
     space = FreeSpace(tmp_path)
     seen = space.gb
     monkeypatch.setattr(free_space.shutil, "disk_usage", slowly)
-    monkeypatch.setattr(free_space, "SILENCE_S", 0.01)
+    monkeypatch.setattr(free_space, "DISK_SILENCE_S", 0.01)
 
     async def look() -> None:
         await asyncio.gather(space.look(), space.look())
@@ -59,7 +59,7 @@ def test_what_does_not_answer_keeps_no_process_from_its_end(tmp_path: Path, monk
     answers = threading.Event()
     space = FreeSpace(tmp_path)
     monkeypatch.setattr(free_space.shutil, "disk_usage", lambda _: answers.wait(30.0))
-    monkeypatch.setattr(free_space, "SILENCE_S", 0.01)
+    monkeypatch.setattr(free_space, "DISK_SILENCE_S", 0.01)
     asyncio.run(space.look())  # comes to an end
     assert space.trouble
     answers.set()
@@ -84,6 +84,6 @@ def test_a_look_that_found_no_thread_is_no_error_of_the_daemons_own(
         gc.collect()
 
     monkeypatch.setattr(free_space, "aside", no_thread)
-    monkeypatch.setattr(free_space, "SILENCE_S", 0.001)
+    monkeypatch.setattr(free_space, "DISK_SILENCE_S", 0.001)
     asyncio.run(look())
     assert not said

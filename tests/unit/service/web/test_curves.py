@@ -17,11 +17,11 @@ TRIANGLE = ROOT / "tests" / "replay" / "triangle_0.8hz_0.10mpa.mcap"
 def test_no_peak_is_lost_however_long_the_record() -> None:
     column = np.zeros(100_003)
     column[[7, 55_555, 100_001]] = [5.0, -7.0, 3.0]
-    rows = curves.ends(column, curves.POINTS)
-    assert len(rows) <= curves.POINTS + 2
+    rows = curves.ends(column, curves.CURVE_POINTS)
+    assert len(rows) <= curves.CURVE_POINTS + 2
     assert {column[rows].max(), column[rows].min()} == {5.0, -7.0}
     assert (rows[0], rows[-1]) == (0, len(column) - 1)
-    assert len(curves.ends(np.zeros(10), curves.POINTS)) == 10
+    assert len(curves.ends(np.zeros(10), curves.CURVE_POINTS)) == 10
 
 
 def test_a_preview_is_what_the_loop_would_be_told() -> None:
@@ -45,7 +45,7 @@ def test_a_record_is_shown_with_what_it_says_of_itself() -> None:
     found = curves.record(SINE)
     assert found["valid"] is True
     assert found["ended"] == "complete"
-    assert len(found["columns"]["t_s"]) == len(found["columns"]["output"]) <= curves.POINTS + 2
+    assert len(found["columns"]["t_s"]) == len(found["columns"]["output"]) <= curves.CURVE_POINTS + 2
     assert any("phase sweep" in line["text"] for line in found["lines"])
     assert curves.findings(SINE) == []
 

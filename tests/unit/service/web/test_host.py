@@ -199,7 +199,7 @@ def test_a_page_that_has_not_beaten_yet_imports_and_does_not_hang(
         made.append(_Importing(args[2]))
         return made[-1]
 
-    for name, value in {"SILENCE_S": 0.0, "LOOK_S": 0.001, "start_process": lambda _: None}.items():
+    for name, value in {"PAGE_SILENCE_S": 0.0, "PAGE_LOOK_S": 0.001, "start_process": lambda _: None}.items():
         monkeypatch.setattr(host, name, value)
     monkeypatch.setattr(host, "is_stopped", lambda _: False)
     context = SimpleNamespace(Pipe=multiprocessing.Pipe, Process=process)
