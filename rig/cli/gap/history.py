@@ -8,6 +8,7 @@ from rig.app.terminal import console, listing
 from rig.cli.common import as_called, emit, json_option
 from rig.cli.gap.options import angle_alone_option, baseline_option, reference_option, workers_option
 from rig.cli.outputs import FORMERLY_OUTPUT, Command, figure_option, write_errors_last
+from rig.report.shown_text import in_one_line
 
 _path = click.Path(path_type=Path)
 
@@ -61,13 +62,13 @@ def history(
             f"{name} {size.value:.2g}{'' if size.unit == '1' else f' {size.unit}'}" for name, size in day.sizes.items()
         )
         gap, floor = say(f"{day.gap_deg:.2g} deg"), say(f"{day.floor_deg:.2g} deg")
-        table.add_row(day.name, gap, floor, day.verdict, say(causes) or "-")
+        table.add_row(in_one_line(day.name), gap, floor, day.verdict, say(causes) or "-")
     out.print(table)
     for day in found.days:
         for heading, text in day.said.items():
-            out.print(f"{day.name}: {heading.lower()}: {text}", markup=False)
+            out.print(in_one_line(f"{day.name}: {heading.lower()}: {text}"), markup=False)
     for line in history_sentences(found):
-        out.print(say(line))
+        out.print(in_one_line(say(line)))
     if figure is not None:
         with write_errors_last():
             draw_history(found, figure)
