@@ -18,6 +18,9 @@ VERSION = 1
 MODEL_TEXT = "model_sha256"
 """Among what was asked: the digest of the model's file, which somebody may write anew between two calls."""
 
+RIG_TEXT = "rig_sha256"
+"""Among what was asked: the digest of what the rig measures with and moves; another rig may have the same name."""
+
 
 @dataclass(frozen=True)
 class HuntStep:
@@ -115,8 +118,9 @@ def open_hunt(folder: Path, asked: Mapping[str, Any]) -> Hunt:
 def _check_same(folder: Path, before: Mapping[str, Any], asked: Mapping[str, Any]) -> None:
     """ConfigError when a hunt began with something else, as far as its file says with what."""
     changed = next((key for key, value in asked.items() if key in before and before[key] != value), None)
-    if changed == MODEL_TEXT:
-        raise ConfigError(f"{folder}: {asked['model']} has been changed since this hunt began; name another folder")
+    if changed in (MODEL_TEXT, RIG_TEXT):
+        what = asked["model"] if changed == MODEL_TEXT else f"the rig {asked['rig']}"
+        raise ConfigError(f"{folder}: {what} has been changed since this hunt began; name another folder")
     if changed is not None:
         raise ConfigError(
             f"{folder}: holds a hunt with {changed} {before[changed]}, not {asked[changed]}; ask the same, or name "
