@@ -62,7 +62,7 @@ def history(
             f"{name} {size.value:.2g}{'' if size.unit == '1' else f' {size.unit}'}" for name, size in day.sizes.items()
         )
         gap, floor = say(f"{day.gap_deg:.2g} deg"), say(f"{day.floor_deg:.2g} deg")
-        table.add_row(in_one_line(day.name), gap, floor, day.verdict, say(causes) or "-")
+        table.add_row(day.name, gap, floor, day.verdict, say(causes) or "-")
     out.print(table)
     for day in found.days:
         for heading, text in day.said.items():
