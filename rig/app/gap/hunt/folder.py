@@ -105,7 +105,7 @@ def open_hunt(folder: Path, asked: Mapping[str, Any]) -> Hunt:
     text = read_text(place)
     try:
         plain = json.loads(text)
-        steps = tuple(_step(one) for one in plain["steps"])
+        steps = _one_after_the_other([_step(one) for one in plain["steps"]])
         before = dict(plain["asked"])
     except (ValueError, LookupError, TypeError, OverflowError, RecursionError) as error:
         raise ConfigError(f"{place}: not a hunt's file: {error}") from None
@@ -128,6 +128,17 @@ def _check_same(folder: Path, before: Mapping[str, Any], asked: Mapping[str, Any
         )
 
 
+def _one_after_the_other(steps: list[HuntStep]) -> tuple[HuntStep, ...]:
+    """The steps of a file; ValueError where one before the last has no records, or two have the same: they would count
+    as two experiments."""
+    if not all(step.done for step in steps[:-1]):
+        raise ValueError("a step before the last has no records")
+    folders = [step.records for step in steps if step.done]
+    if len({*folders}) < len(folders):
+        raise ValueError("two steps have the same records")
+    return tuple(steps)
+
+
 def _step(plain: Mapping[str, Any]) -> HuntStep:
     """One entry of the file; ValueError for one that no hunt wrote, such as a place outside its folder."""
     names = tuple((str(name), finite(chance)) for name, chance in plain["set"])
@@ -136,4 +147,6 @@ def _step(plain: Mapping[str, Any]) -> HuntStep:
         if name != file_name(name):
             raise ValueError(f"{name!a} is no name of a step's file")
     since = None if plain.get("since") is None else int(plain["since"])
-    return HuntStep(sweep, str(plain["why"]), finite(plain["minutes"]), records, names, since)
+    if (minutes := finite(plain["minutes"])) < 0.0:
+        raise ValueError(f"a step of {minutes:g} minutes")
+    return HuntStep(sweep, str(plain["why"]), minutes, records, names, since)

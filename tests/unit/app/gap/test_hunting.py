@@ -220,6 +220,21 @@ def test_a_file_that_is_no_hunt_s_is_one_line(tmp_path: Path, text: str) -> None
     assert "\n" not in str(error.value)
 
 
+@pytest.mark.parametrize(
+    "steps",
+    [
+        [("a", 1.0), ("a", 1.0)],
+        [("", 1.0), ("a", 1.0)],
+        [("a", -1e9), ("", 1.0)],
+    ],
+    ids=["records twice", "one left out", "time given back"],
+)
+def test_steps_that_no_hunt_makes_are_refused(tmp_path: Path, steps: list[tuple[str, float]]) -> None:
+    Hunt(tmp_path, {}, tuple(HuntStep("s.yaml", "why", minutes, records) for records, minutes in steps)).save()
+    with pytest.raises(ConfigError, match="not a hunt's file: "):
+        open_hunt(tmp_path, {})
+
+
 def test_a_hunt_comes_back_as_it_was_saved(tmp_path: Path) -> None:
     step = HuntStep("step_1.yaml", "why", 1.5, "step_1_records", (("delay", 0.7), ("valve_lag", 0.3)))
     so_far = Hunt(tmp_path / "new", {"rig": "a"}, (step, HuntStep("step_2.yaml", "more", 0.5)), "time")
