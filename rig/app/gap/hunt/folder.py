@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from rig.config import finite, read_text
-from rig.errors import ConfigError
+from rig.errors import ConfigError, RigError
 from rig.outputs import OutputKind, file_name, make_folder, write_text
 from rig.service.connections.socket_access import lock_folder
 
@@ -66,6 +66,12 @@ class Hunt:
     def with_last(self, step: HuntStep) -> "Hunt":
         """The same, its last step replaced."""
         return replace(self, steps=(*self.steps[:-1], step))
+
+    def require_folder(self) -> None:
+        """RigError when its folder was moved or removed since it was saved: made anew it would hold a part of the hunt,
+        which nobody could go on with, and the rig would have moved for nothing."""
+        if not (self.folder / FILE).is_file():
+            raise RigError(f"{self.folder}: moved or removed while the hunt was at work; it is not made anew")
 
     def save(self) -> None:
         """Keep it, whole or not at all."""
