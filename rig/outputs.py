@@ -12,7 +12,7 @@ import os
 import re
 import secrets
 import stat
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Hashable, Iterable, Iterator
 from enum import Enum
 from pathlib import Path
 from typing import Final
@@ -128,15 +128,14 @@ def _refusal(path: Path, kind: OutputKind, make_folder: bool) -> str:
 
 def check_apart(outputs: Iterable[tuple[str, Path]], inputs: Iterable[tuple[str, Path]]) -> None:
     """RigError when two outputs, or an output and an input, are one file; each comes with the name of its option."""
-    taken = [(f"{name} reads", _same(path)) for name, path in inputs if not os.path.isdir(path)]
+    taken = {_same(path): f"{name} reads" for name, path in inputs if not os.path.isdir(path)}
     for name, path in outputs:
         if os.path.isdir(path) or _is_stream(path):
             continue
         here = _same(path)
-        other = next((what for what, place in taken if place == here), None)
-        if other is not None:
-            raise RigError(f"{name} {path}: that is the file which {other}; give each output a file of its own")
-        taken.append((f"{name} writes", here))
+        if here in taken:
+            raise RigError(f"{name} {path}: that is the file which {taken[here]}; give each output a file of its own")
+        taken[here] = f"{name} writes"
 
 
 def make_folder(path: Path) -> None:
@@ -281,7 +280,7 @@ def _took_free_name(part: Path, target: Path) -> bool:
     return True
 
 
-def _same(path: Path) -> object:
+def _same(path: Path) -> Hashable:
     """What is equal for two ways to say one file: device and inode, or the resolved path of what is not there yet."""
     try:
         found = path.stat()

@@ -54,12 +54,15 @@ NO_LINES = [
 ]  # fmt: skip
 METHODS = ["GET", "GET", "POST", "POST", "POST", "HEAD", "PUT", "DELETE", "OPTIONS", "TRACE", "X" * 300, "get"]
 KINDS = ["application/json", "application/json", "application/x-www-form-urlencoded", "text/html", "\x7f"]
-NO_BODIES = [b"[" * 9000, b"\xff" * 99, b"a=b&" * 50, b"x" * 20_000, b'{"a": 1e999}', b"9" * 5000, b'{"a": "\\ud800"}']
+NO_BODIES = [
+    b"[" * 9000, b"\xff" * 99, b"a=b&" * 50, b"x" * 20_000, b'{"a": 1e999}', b"9" * 5000, b'{"a": "\\ud800"}',
+    b'{"form_key": "\\ud800", "token": "\\ud800"}',
+]  # fmt: skip
 HEADERS = [
     "Content-Length: -1", "Content-Length: 99999999999", "Content-Length: 5\r\nContent-Length: 6",
     "Transfer-Encoding: chunked", "Transfer-Encoding: gzip, chunked", "Cookie: pamrig=\xff; a=\"",
-    "Cookie: " + "a=b; " * 900, "Origin: null", "Origin: http://evil.example", "Host: evil.example", "Host: [::1",
-    "Host: a\x00b", "Authorization: Bearer " + "x" * 5000, "Range: bytes=9-1",
+    "Cookie: " + "a=b; " * 900, "Origin: null", "Origin: http://[::1", "Origin: http://evil.example",
+    "Host: evil.example", "Host: [::1", "Host: a\x00b", "Authorization: Bearer " + "x" * 5000, "Range: bytes=9-1",
     "Range: bytes=" + ",".join(f"{n}-{n}" for n in range(900)), "If-Modified-Since: 99",
     "Upgrade: websocket\r\nConnection: Upgrade", "Expect: 100-continue", "Sec-WebSocket-Key: x", "X: " + "y" * 60_000,
     ": novalue", "Accept: text/html", "Sec-Fetch-Site: cross-site", "Connection: close", "Content-Type: text/plain",

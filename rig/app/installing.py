@@ -13,6 +13,7 @@ from typing import Final
 
 from rig.app import shipped
 from rig.errors import RigError
+from rig.service.settings import DaemonSettings
 
 SETTINGS: Final = Path("/etc/pamrig/daemon.yaml")
 
@@ -66,15 +67,27 @@ def program() -> str:
     return found
 
 
-def render(init: Init, pamrig: str, rig: Path, config: Path, logs: Path) -> str:
-    """The unit or script with its places filled in."""
+def written_to(settings: DaemonSettings) -> list[Path]:
+    """The folders that the daemon writes to, as the service finds them, which starts in `/`: the records first."""
+    beside = [] if settings.metrics is None else [settings.metrics.parent]
+    return [Path("/") / folder for folder in (settings.logs, settings.state, *beside)]
+
+
+def render(init: Init, pamrig: str, rig: Path, config: Path, folders: Sequence[Path]) -> str:
+    """The unit or script with its places filled in; `folders` are those that the daemon writes to."""
     text = (shipped.configs() / init.template).read_text(encoding="utf-8")
-    for place, value in {"pamrig": pamrig, "rig": rig, "config": config, "logs": logs}.items():
-        if not str(value).isprintable():
-            raise RigError(f"{str(value)!a}: a service cannot be told of a place with such a character in its name")
-        spelt = _of_a_unit(str(value), called=place != "logs") if init is SYSTEMD else shlex.quote(str(value))
-        text = text.replace(f"{{{place}}}", spelt)
-    return text
+    places: dict[str, Sequence[object]] = {"pamrig": [pamrig], "rig": [rig], "config": [config], "folders": folders}
+    spelt: dict[str, str] = {}
+    for place, values in places.items():
+        for value in map(str, values):
+            if not value.isprintable():
+                raise RigError(f"{value!a}: a service cannot be told of a place with such a character in its name")
+        words = [
+            _of_a_unit(value, called=place != "folders") if init is SYSTEMD else shlex.quote(value)
+            for value in map(str, values)
+        ]
+        spelt[place] = " ".join(dict.fromkeys(words))
+    return re.sub(r"\{(\w+)\}", lambda found: spelt[found[1]], text)  # at once: a place may be called {rig}
 
 
 def _of_a_unit(place: str, *, called: bool) -> str:
@@ -86,10 +99,11 @@ def _of_a_unit(place: str, *, called: bool) -> str:
     return f'"{escaped.replace("$", "$$") if called else escaped}"'
 
 
-def after_install(init: Init, group: str, logs: Path) -> list[list[str]]:
-    """The commands that make the service known and start it."""
-    first = [["groupadd", "--force", group]] if group else []
-    return [*first, ["mkdir", "-p", str(logs)], *map(list, init.begin)]
+def after_install(init: Init, settings: DaemonSettings) -> list[list[str]]:
+    """The commands that make the service known and start it: a folder that is not there ends a unit of systemd before
+    the daemon could make it."""
+    group = [["groupadd", "--force", settings.group]] if settings.group else []
+    return [*group, ["mkdir", "-p", *map(str, written_to(settings))], *map(list, init.begin)]
 
 
 def write(path: Path, text: str, mode: int) -> None:

@@ -82,9 +82,11 @@ def listing(names: str, *titles: str, title: str | None = None) -> "Table":
 
     class Listing(Table):
         def add_row(self, *cells: Any, **how: Any) -> None:
-            shown = [Text(in_lines(cell)) if isinstance(cell, str) else cell for cell in cells]
+            name, *others = cells  # a name is one line, or the rest of it would pass for another row
+            shown = [Text(in_one_line(name)) if isinstance(name, str) else name]
+            shown += [Text(in_lines(cell)) if isinstance(cell, str) else cell for cell in others]
             for number, (column, cell) in enumerate(zip(self.columns, shown, strict=False)):
-                pieces = str(cell).split() if number else str(cell).splitlines()
+                pieces = str(cell).split() if number else [str(cell)]
                 longest = max(map(cell_len, [str(column.header) if number else "", *pieces]), default=0)
                 titled = max(map(cell_len, str(column.header).split()), default=0)
                 needed = max(min(longest, _CELL_COLUMNS), titled) if number else longest

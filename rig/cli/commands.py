@@ -10,6 +10,7 @@ import click
 from rig.cli import memory_room
 from rig.cli.streams import Streams
 from rig.errors import CheckFailed, Interrupted, RigError
+from rig.report.blank_figure import leave_own_settings
 
 COMMANDS = {
     "run": ("rig.cli.runs.run:run", "Run a sweep on the rig and record it, one MCAP file a record."),
@@ -112,6 +113,7 @@ def main() -> None:
     os.environ.setdefault(
         "OPENBLAS_NUM_THREADS", "1"
     )  # our matrices are small and our work is spread already: its threads only wait
+    leave_own_settings()
     memory_room.watch()
     status = _status()
     if failure := streams.failure():

@@ -63,7 +63,7 @@ def check(logs: tuple[Path, ...], json_to: str | None) -> None:
     findings |= {str(file): [UNFINISHED] for file in unfinished}
     for file, lines in findings.items():
         for line in lines or ["ok"]:
-            console(json_to).print(f"{file}: {line}")
+            console(json_to).print(in_one_line(f"{file}: {line}"))
     emit({"files": [{"file": file, "ok": not lines, "findings": lines} for file, lines in findings.items()]}, json_to)
     bad = sum(bool(lines) for lines in findings.values())
     if bad:

@@ -1,4 +1,5 @@
-"""What becomes of a command whose text nobody reads to its end (`| head`), or has no room (`> /dev/full`).
+"""What becomes of a command whose text nobody reads to its end (`| head`), has no room (`> /dev/full`), or holds signs
+that the terminal's encoding has not.
 
 The text ends there and the command goes on: files that it still has to write are written, what it runs comes to its
 end, and its exit status says how that went.
@@ -29,6 +30,12 @@ class _Lasting(io.FileIO):
         return memoryview(data).nbytes
 
 
+def _spelling(stream: TextIO) -> str | None:
+    """What becomes of a sign that the encoding of a stream has not, as of Latin-1: it is spelled out where it would be
+    an error, and the answer lost with it."""
+    return "backslashreplace" if stream.errors == "strict" else stream.errors
+
+
 class Streams:
     """stdout and stderr for one command, put in the place of the process's own."""
 
@@ -38,9 +45,11 @@ class Streams:
             stream = getattr(sys, name)
             if stream is None:  # `>&-`: Python has None there, and packages do not expect that
                 setattr(sys, name, open(os.devnull, "w", encoding="utf-8"))  # noqa: SIM115
-            elif not stream.isatty():  # a terminal that is gone ends whoever draws on it
+            elif not stream.isatty():
                 with contextlib.suppress(OSError):  # one that a test put there has no descriptor
                     setattr(sys, name, self._lasting(stream))
+            elif isinstance(stream, io.TextIOWrapper):  # a terminal that is gone ends whoever draws on it
+                stream.reconfigure(errors=_spelling(stream))
 
     def _lasting(self, stream: TextIO) -> TextIO:
         """The same, on a descriptor that takes everything."""
@@ -49,7 +58,7 @@ class Streams:
         return io.TextIOWrapper(
             io.BufferedWriter(raw),
             encoding=stream.encoding,
-            errors=stream.errors,
+            errors=_spelling(stream),
             newline="\n",
             line_buffering=getattr(stream, "line_buffering", False),
             write_through=getattr(stream, "write_through", False),

@@ -3,7 +3,7 @@
 The file's frame and CRCs, then its schema, then the ticks and values, then whether `valid` tells the truth.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any, Final
 
@@ -19,7 +19,7 @@ from rig.log.mcap.columns import DTYPES, Samples, layout_of
 from rig.log.mcap.contents import Contents, map_file
 from rig.log.mcap.framing import MAGIC, DamageError
 from rig.log.mcap.salvage import salvage
-from rig.log.reader import read
+from rig.log.reader import record_from_columns, table_of
 from rig.number_text import counted
 from rig.realtime.faults import Fault
 from rig.realtime.guard import Limits
@@ -57,10 +57,11 @@ def check(path: Path) -> list[str]:
     if bytes(data[: len(MAGIC)]) == MAGIC or path.name.endswith((".mcap", ".mcap.partial")):
         return list(_check_mcap(data))
     try:
-        records = read(path, phases=None)
+        columns, facts = table_of(path)
+        record = record_from_columns(columns, facts, path)
     except RecordError as error:
         return [str(error).removeprefix(f"{path}").lstrip(":, ")]
-    return [finding for record in records for finding in _check_columns(record)]
+    return [*_check_empty(columns), *_check_columns(record)]
 
 
 def _check_mcap(data: memoryview) -> Iterator[str]:
@@ -256,6 +257,15 @@ def _outside(
         row = int(np.argmax(wrong))
         rows = counted(int(wrong.sum()), "row")
         yield f"{name} is outside {low:g} .. {high:g} at {rows}, first {values[row]:g} at {place} {places[row]:g}"
+
+
+def _check_empty(columns: Mapping[str, NDArray[Any]]) -> Iterator[str]:
+    """Measurements that have a column and not a single number in it, which a record leaves out; not those of which each
+    row says itself that there are none."""
+    flags = columns.get("flags", np.zeros(1)).astype(np.int64)
+    for name, absent in ABSENT_BY_COLUMN.items():
+        if name in columns and np.isnan(columns[name]).all() and not (flags & int(absent)).all():
+            yield f"{name} has a column, and no number in it"
 
 
 def _check_columns(record: Record) -> Iterator[str]:

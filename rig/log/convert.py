@@ -141,11 +141,11 @@ def samples_of(record: Record, started_ns: int) -> Samples:
         fields[name][:] = kept_as(fields[name].dtype, known[name], f"{where}: {name}")
     for place, one in zip(PLACES, furthers_of(record.facts), strict=False):
         fields[place][:] = known.get(one.name, np.nan)
-    offsets = _nanoseconds(record.t_s * 1e9, f"{where}: t_s, in ns")
-    late = _nanoseconds(known["lateness_us"] * 1e3, f"{where}: lateness_us, in ns") if "lateness_us" in known else 0
+    offsets = _nanoseconds(record.t_s, 1e9, f"{where}: t_s, in ns")
+    late = _nanoseconds(known["lateness_us"], 1e3, f"{where}: lateness_us, in ns") if "lateness_us" in known else 0
     for name in AGED:
         if f"{name}_age_s" in known:
-            fields[f"{name}_age_ns"] = _nanoseconds(known[f"{name}_age_s"] * 1e9, f"{where}: {name}_age_s, in ns")
+            fields[f"{name}_age_ns"] = _nanoseconds(known[f"{name}_age_s"], 1e9, f"{where}: {name}_age_s, in ns")
     fields["scheduled_ns"] = offsets
     for name in _FROM_TIME - {"scheduled_ns"}:
         fields[name] = offsets + late
@@ -162,8 +162,9 @@ def samples_of(record: Record, started_ns: int) -> Samples:
     return Samples(fields, offsets + np.int64(started_ns), np.arange(count, dtype=np.uint32))
 
 
-def _nanoseconds(values: Array, where: str) -> Array:
-    return kept_as(np.dtype(np.int64), np.rint(values), where)
+def _nanoseconds(values: Array, per_unit: float, where: str) -> Array:
+    with np.errstate(over="ignore"):  # what is too long for a file is told as that
+        return kept_as(np.dtype(np.int64), np.rint(values * per_unit), where)
 
 
 def unkept_columns(record: Record) -> list[str]:

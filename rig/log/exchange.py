@@ -58,11 +58,12 @@ def export(content: LogContent, path: Path, kind: str) -> list[Path]:
     cannot be written."""
     files = [path, sidecar_path(path)] if kind.startswith("csv") else [path]
     check_free(files)
+    written: list[Path] = []
     try:
         with writing(path, OutputKind.RECORDING) as part:
-            _WRITERS[kind](content, part, path)
+            written += _WRITERS[kind](content, part, path)
     except BaseException:
-        for beside in files[1:]:
+        for beside in written:  # not another's, which came there meanwhile
             beside.unlink(missing_ok=True)  # it would stand alone, and in the way of the next try
         raise
     return files
@@ -137,7 +138,7 @@ def _aside(content: LogContent) -> Sidecar:
     )
 
 
-def _write_csv(content: LogContent, part: Path, path: Path) -> None:
+def _write_csv(content: LogContent, part: Path, path: Path) -> list[Path]:
     table = _table(content)
     with _text_file(part, path.name) as file:
         writer = csv.writer(file, lineterminator="\n")
@@ -145,7 +146,8 @@ def _write_csv(content: LogContent, part: Path, path: Path) -> None:
         writer.writerows(zip(*(column.tolist() for column in table.values()), strict=True))
     kinds = {name: "double" if column.dtype.kind == "f" else "integer" for name, column in table.items()}
     meanings = _meanings(content)
-    write_sidecar(path, {name: (kinds[name], "[{}] {}".format(*meanings[name])) for name in table}, _aside(content))
+    described = {name: (kinds[name], "[{}] {}".format(*meanings[name])) for name in table}
+    return [write_sidecar(path, described, _aside(content))]
 
 
 @contextlib.contextmanager
@@ -194,7 +196,7 @@ def _said(fault: str, names: list[str]) -> str:
     return f"row {int(row) + 2}: {names[int(column) - 1]}: {text[:40]} is not {wanted}"
 
 
-def _write_parquet(content: LogContent, part: Path, path: Path) -> None:
+def _write_parquet(content: LogContent, part: Path, path: Path) -> list[Path]:
     arrow, parquet = _pyarrow(path)
     table, meanings = _table(content), _meanings(content)
     fields = [
@@ -203,6 +205,7 @@ def _write_parquet(content: LogContent, part: Path, path: Path) -> None:
     ]
     schema = arrow.schema(fields, metadata={"pamrig": json.dumps(_aside(content).plain())})
     parquet.write_table(arrow.table(list(table.values()), schema=schema), part, compression="zstd")
+    return []
 
 
 def _read_parquet(path: Path) -> LogContent | None:
@@ -220,7 +223,7 @@ def _read_parquet(path: Path) -> LogContent | None:
     return _content(columns, _from_json(raw, path), str(path))
 
 
-def _write_mat(content: LogContent, part: Path, _: Path) -> None:
+def _write_mat(content: LogContent, part: Path, _: Path) -> list[Path]:
     from scipy.io import savemat
 
     table, known = _table(content), _meanings(content)
@@ -228,6 +231,7 @@ def _write_mat(content: LogContent, part: Path, _: Path) -> None:
     meanings = {name: known[name][1] for name in table}
     extra = {"units": units, "meanings": meanings, "pamrig": json.dumps(_aside(content).plain())}
     savemat(part, table | extra, oned_as="column", do_compression=True, appendmat=False, long_field_names=True)
+    return []
 
 
 def _read_mat(path: Path) -> LogContent | None:
@@ -280,10 +284,10 @@ def _pyarrow(path: Path) -> tuple[Any, Any]:
     return pyarrow, parquet
 
 
-_WRITERS: dict[str, Callable[[LogContent, Path, Path], None]] = {
+_WRITERS: dict[str, Callable[[LogContent, Path, Path], list[Path]]] = {
     "csv": _write_csv,
     "csv.gz": _write_csv,
     "parquet": _write_parquet,
     "mat": _write_mat,
 }
-"""Format -> who writes a log to a place that becomes the second one when it is whole."""
+"""Format -> who writes a log to a place that becomes the second one when it is whole; returns what it wrote beside."""

@@ -303,17 +303,25 @@ def _read_file(path: Path, phases: Iterable[Phase] | None, *, complete_only: boo
                 require_complete(log.result_facts, path)
             facts = log.run_facts | log.result_facts
             return records_of(log.samples(names=_needed(facts)), facts, path, phases)
+    columns, facts = table_of(path)
     if kind is FileKind.TDMS:
-        raw = read_tdms(path)
-        return [record_from_columns(own_columns(raw), raw.facts, path)]
-    columns: dict[str, Array] = dict(read_table(path, require=lambda names: require_columns(names, path)))
+        return [record_from_columns(columns, facts, path)]
     if phases is not None and "phase" in columns:
         wanted = np.isin(columns["phase"], [int(phase) for phase in phases])
         columns = {name: column[wanted] for name, column in columns.items()}
-    facts = read_sidecar(path).facts
     if complete_only:
         require_complete(facts, path)
     return [record_from_columns(columns, facts, path)]
+
+
+def table_of(path: Path) -> tuple[dict[str, Array], dict[str, Any]]:
+    """The columns of a table (CSV or TDMS) that are named like ours, also those without a single number, and its facts;
+    RecordError when it cannot be read."""
+    if kind_of(path) is FileKind.TDMS:
+        raw = read_tdms(path)
+        return dict(own_columns(raw)), dict(raw.facts)
+    columns = dict(read_table(path, require=lambda names: require_columns(names, path)))
+    return columns, dict(read_sidecar(path).facts)
 
 
 def _record_of(samples: Samples, facts: Mapping[str, Any], path: Path, several: bool) -> Record:

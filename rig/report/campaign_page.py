@@ -1,5 +1,6 @@
 """The page of a campaign of days: one overview with a line a day, each leading to that day's own page."""
 
+import os
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Final
@@ -67,7 +68,7 @@ def _line(name: str, diagnosis: Diagnosis, page: Path) -> dict[str, str]:
     causes, by = diagnosis.causes, diagnosis.channels.output_per_deg
     return {
         "name": name,
-        "link": quote(page.name),
+        "link": quote(os.fsencode(page.name)),
         "verdict": diagnosis.verdict.replace("_", " "),
         "answer": own_text(headline(diagnosis)[0], diagnosis.channels) if causes else "",
         "causes": ", ".join(cause.effect for cause in causes) or "-",

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from rig.blind_check.goals import GOALS, bound, figure, figure_text, reached
 from rig.outputs import OutputKind, write_text
+from rig.report.blank_figure import blank_figure
 from rig.report.check_results import as_markdown
 from rig.report.check_words import FAMILY_FIGURES, MODE_WORDS, MODES_A_TABLE, NAIVE_WORDS
 from rig.report.figure_texts import as_written
@@ -85,9 +86,7 @@ def _pictures(result: Mapping[str, Any]) -> dict[str, str]:
 
 
 def _picture(mode: Mapping[str, Any]) -> str:
-    from matplotlib.figure import Figure
-
-    drawing = Figure(figsize=(11.0, 3.4), layout="constrained")
+    drawing = blank_figure(11.0, 3.4)
     strength, trust, shrunk = drawing.subplots(1, 3)
     labels = list(mode["by_ratio"])
     for key, words, color, marker in (

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 from rig.channels import PNEUMATIC, Channels
 from rig.own_units import own_text, speaker
 from rig.record import Column, Record
+from rig.report.blank_figure import blank_figure
 from rig.report.figure_texts import on_terminal
 
 if TYPE_CHECKING:
@@ -35,9 +36,7 @@ def comparison_figure(
     `estimated` maps the name of a model (BW, MBW) to its angle; all columns have the shape (n,) and are in the rig's
     own units.
     """
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(10.0, 5.0), layout="constrained")
+    figure = blank_figure(10.0, 5.0)
     figure.suptitle(title)
     grid = figure.add_gridspec(2, 2, width_ratios=(1.4, 1.0))
     over_time, error, loop = (
@@ -64,9 +63,7 @@ def comparison_figure(
 
 def loops_figure(title: str, records: Sequence[Record]) -> "Figure":
     """Fig. 1: angle over commanded difference of each record's second half, one loop each."""
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(5.0, 4.2), layout="constrained")
+    figure = blank_figure(5.0, 4.2)
     axes = figure.add_subplot()
     for record in records:
         settled = record.rows(slice(len(record) // 2, None))
@@ -88,9 +85,7 @@ def convergence_figure(
     title: str, histories: Mapping[str, Sequence[tuple[int, float]]], channels: Channels
 ) -> "Figure":
     """Best score over evaluations, one line for each search."""
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(6.0, 3.6), layout="constrained")
+    figure = blank_figure(6.0, 3.6)
     axes = figure.add_subplot()
     for name, history in histories.items():
         axes.plot([spent for spent, _ in history], [channels.output_per_deg * best for _, best in history], label=name)

@@ -3,6 +3,7 @@
 import csv
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Final
 
 import numpy as np
 
@@ -20,12 +21,15 @@ from rig.report.fit_figures import comparison_figure, convergence_figure
 from rig.report.log_figures import save
 from rig.report.shown_text import in_one_line
 
+_CONVERGENCE: Final = "convergence"
+"""A figure of no record; one of that name has a number."""
+
 
 def write_fit_figures(found: Identified, records: Sequence[Record], options: RecordOptions, folder: Path) -> None:
     """Figs. 4 to 6 of each identification record as it was fitted, the convergence, and the scores as a table."""
     histories = {f"seed {seed}": each.history for seed, each in found.seeds.items()}
     channels = found.model.own_channels
-    save(convergence_figure("convergence", histories, channels), folder / "convergence.png")
+    save(convergence_figure(_CONVERGENCE, histories, channels), folder / f"{_CONVERGENCE}.png")
     _write_comparisons({found.model.muscle.kind.upper(): found.model}, records, options, folder)
     write_scores(found.scores, folder, channels)
 
@@ -55,7 +59,7 @@ def write_scores(scores: Sequence[Score], folder: Path, channels: Channels = PNE
 def _write_comparisons(
     models: Mapping[str, Model], records: Sequence[Record], options: RecordOptions, folder: Path
 ) -> None:
-    targets = targets_in(folder, (record.name for record in records), ".png")
+    _, *targets = targets_in(folder, (_CONVERGENCE, *(record.name for record in records)), ".png")
     for record, target in zip(records, targets, strict=True):
         data = {name: prepare(record, model, options) for name, model in models.items()}
         first_model, first = next(iter(models.values())), next(iter(data.values()))

@@ -19,6 +19,7 @@ from rig.gap.pipeline import Grounds
 from rig.gap.reference.gaps import commanded_gaps
 from rig.own_units import own_places
 from rig.record import Column
+from rig.report.blank_figure import blank_figure
 from rig.report.figure_texts import as_written
 
 if TYPE_CHECKING:
@@ -77,9 +78,7 @@ def _largest(gaps: Sequence[Column]) -> int:
 
 
 def _figure(width: float, height: float) -> "Figure":
-    from matplotlib.figure import Figure
-
-    return Figure(figsize=(NARROWER * width, height), layout="constrained")
+    return blank_figure(NARROWER * width, height)
 
 
 def _svg(figure: "Figure") -> str:

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Final
 from rig.channels import Channels
 from rig.gap.history.trends import GAP, Change, Day
 from rig.own_units import factor
+from rig.report.blank_figure import blank_figure
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -19,11 +20,10 @@ MOST_EFFECTS: Final = 6
 def history_figure(days: Sequence[Day], changes: Sequence[Change]) -> "Figure":
     """Gap and floor over time with the changes as vertical lines; below, each effect that was named, most often
     first."""
-    from matplotlib.figure import Figure
 
     names = [effect for day in days for effect in day.sizes]
     effects = sorted(dict.fromkeys(names), key=lambda effect: -names.count(effect))[:MOST_EFFECTS]
-    figure = Figure(figsize=(10, 3.2 + 1.8 * len(effects)), layout="constrained")
+    figure = blank_figure(10, 3.2 + 1.8 * len(effects))
     first, *others = figure.subplots(1 + len(effects), 1, sharex=True, squeeze=False)[:, 0]
     times = [day.days for day in days]
     own = days[0].channels

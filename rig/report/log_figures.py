@@ -17,6 +17,7 @@ from rig.log.replay import ReplayComparison
 from rig.outputs import OutputKind, writing
 from rig.own_units import own_text, speaker
 from rig.record import Column, Record
+from rig.report.blank_figure import blank_figure
 from rig.report.figure_texts import as_written, on_terminal
 
 if TYPE_CHECKING:
@@ -171,9 +172,7 @@ def missed_times(record: Record) -> list[float]:
 
 def _frame(title: str) -> "tuple[Figure, Sequence[Axes], Axes]":
     """An empty figure: three panels over time on the left, a square one for the loop on the right."""
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(12, 7), layout="constrained")
+    figure = blank_figure(12, 7)
     grid = figure.add_gridspec(3, 2, width_ratios=(3, 2))
     first = figure.add_subplot(grid[0, 0])
     panels = [first, *(figure.add_subplot(grid[row, 0], sharex=first) for row in (1, 2))]

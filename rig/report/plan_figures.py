@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from rig.gap.plan.capability import Capability
+from rig.report.blank_figure import blank_figure
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -16,11 +17,10 @@ _TOP = 20.0
 def matrix_figure(name: str, found: Capability) -> "Figure":
     """The matrix of what can be told from what: rows are the truth at its usual size, columns what it may be taken for;
     a cross where the two cannot be told apart, or on the diagonal, where the effect is not seen."""
-    from matplotlib.colors import LogNorm
-    from matplotlib.figure import Figure
-
     count = len(found.names)
-    figure = Figure(figsize=(3.0 + 0.32 * count, 2.2 + 0.3 * count), layout="constrained")
+    figure = blank_figure(3.0 + 0.32 * count, 2.2 + 0.3 * count)
+    from matplotlib.colors import LogNorm
+
     axes = figure.add_subplot()
     shown = np.clip(np.nan_to_num(found.separation, posinf=_TOP), 0.3, _TOP)
     image = axes.imshow(shown, cmap="viridis", norm=LogNorm(0.3, _TOP))

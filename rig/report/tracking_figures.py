@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Final
 
 from rig.columns import rms
 from rig.record import Column, Record
+from rig.report.blank_figure import blank_figure
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -21,10 +22,9 @@ def error_deg(record: Record) -> Column:
 
 def tracking_figure(followed: "Sequence[tuple[str, str, Record]]") -> "Figure":
     """A column a reference; (reference, feed-forward, record) with the column reference_deg each."""
-    from matplotlib.figure import Figure
 
     names = list(dict.fromkeys(name for name, _, _ in followed))
-    figure = Figure(figsize=(_INCHES[0] * len(names), _INCHES[1]), layout="constrained")
+    figure = blank_figure(_INCHES[0] * len(names), _INCHES[1])
     axes = figure.subplots(3, len(names), sharex="col", squeeze=False)
     for column, name in enumerate(names):
         angle, error, command = axes[:, column]

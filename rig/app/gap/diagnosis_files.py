@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING
 
 from rig.app.gap.baselines import EarlierDay
 from rig.app.gap.diagnosis_options import DiagnosisOptions, NamedDay
+from rig.app.shipped import find_config
 from rig.errors import RigError
-from rig.outputs import OutputKind, write_text
+from rig.outputs import OutputKind, check_apart, check_place, write_text
 from rig.tags import tags_and_note
 
 if TYPE_CHECKING:
@@ -48,6 +49,30 @@ def write_files(options: DiagnosisOptions, done: DiagnosedCase) -> None:
             missing.append(str(error))
     if missing:
         raise RigError("; ".join(missing))
+
+
+def check_files_of_days(options: DiagnosisOptions, cases: Sequence[NamedDay]) -> None:
+    """RigError, before the work, when a file of one of several days cannot be written, is another one's, or is one that
+    the call reads: a day's name puts it elsewhere than the option says."""
+    outputs = [
+        (f"{option} ({case.name})", kind, place_of(path, case.name))
+        for option, kind, path in (
+            ("--html", OutputKind.PAGE, options.html_to),
+            ("--augmented-model", OutputKind.MODEL, options.augmented_to),
+            ("--retuned", OutputKind.MODEL, options.retuned_to),
+            ("--next-experiment", OutputKind.SWEEP, options.next_to),
+        )
+        for case in cases
+        if path is not None and case.name is not None
+    ]
+    for _, kind, place in outputs:
+        check_place(place, kind)
+    read = [("--model", find_config(options.model, "models")), ("--rig", options.rig), ("--tracking", options.tracking)]
+    overview = [("--html", options.html_to)] if outputs and options.html_to is not None else []
+    check_apart(
+        [*overview, *((option, place) for option, _, place in outputs)],
+        [(option, path) for option, path in read if path is not None],
+    )
 
 
 def _write_page(path: Path, options: DiagnosisOptions, done: DiagnosedCase) -> None:

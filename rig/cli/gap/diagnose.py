@@ -95,13 +95,14 @@ def diagnose(
     """
     from rig.app.gap.baselines import check_no_own_baseline, earlier_days
     from rig.app.gap.campaign import diagnose_campaign, diagnose_only, report
-    from rig.app.gap.diagnosis_files import without_next, write_overview
+    from rig.app.gap.diagnosis_files import check_files_of_days, without_next, write_overview
     from rig.app.gap.diagnosis_options import DiagnosisOptions, cases_of
     from rig.app.gap.effects import check_effects
 
     check_effects(options["effects"])
     chosen, cases = DiagnosisOptions(**options, command=as_called()), cases_of(logs)
     check_no_own_baseline(logs, chosen.baselines)
+    check_files_of_days(chosen, cases)
     with progress("reading the earlier days"):
         days = earlier_days(chosen.baselines, chosen.model, every=chosen.every_day)
     if len(cases) == 1:

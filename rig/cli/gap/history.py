@@ -8,6 +8,7 @@ from rig.app.terminal import console, listing
 from rig.cli.common import as_called, emit, json_option
 from rig.cli.gap.options import angle_alone_option, baseline_option, reference_option, workers_option
 from rig.cli.outputs import FORMERLY_OUTPUT, Command, figure_option, write_errors_last
+from rig.report.shown_text import in_one_line
 
 _path = click.Path(path_type=Path)
 
@@ -65,9 +66,9 @@ def history(
     out.print(table)
     for day in found.days:
         for heading, text in day.said.items():
-            out.print(f"{day.name}: {heading.lower()}: {text}", markup=False)
+            out.print(in_one_line(f"{day.name}: {heading.lower()}: {text}"), markup=False)
     for line in history_sentences(found):
-        out.print(say(line))
+        out.print(in_one_line(say(line)))
     if figure is not None:
         with write_errors_last():
             draw_history(found, figure)

@@ -164,4 +164,6 @@ def _show(found: "Hunted", json_to: str | None) -> None:
             out.print(own_text(line, diagnosis.channels))
     # why it was cut short is the error that the command ends by, right below
     ended = "cut short" if found.cut_short_by else found.ended
-    out.print(f"ended: {ended}; {so_far.minutes:.1f} min on the rig; {so_far.folder / 'hunt.html'}")
+    page = so_far.folder / "hunt.html"
+    place = page if not found.cut_short_by or page.is_file() else so_far.folder  # the disk may have taken no page
+    out.print(f"ended: {ended}; {so_far.minutes:.1f} min on the rig; {place}")

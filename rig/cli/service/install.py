@@ -41,11 +41,12 @@ def install(rig_path: Path | None, init: str | None, root: Path, dry_run: bool) 
     config = root / installing.SETTINGS.relative_to("/")
     settings = load_settings(config if config.exists() else shipped.configs() / "daemon.yaml")
     target = root / found.target.relative_to("/")
-    text = installing.render(found, installing.program(), rig.path.absolute(), installing.SETTINGS, settings.logs)
+    folders = installing.written_to(settings)
+    text = installing.render(found, installing.program(), rig.path.absolute(), installing.SETTINGS, folders)
     say = console().print
     say(f"settings: {config}" + (" (kept as it is)" if config.exists() else " (written, with a comment for each key)"))
     say(f"service:  {target}, for the rig {rig.name} ({rig.path.absolute()})")
-    commands = installing.after_install(found, settings.group, settings.logs) if root == Path("/") else []
+    commands = installing.after_install(found, settings) if root == Path("/") else []
     for command in commands:
         say(f"runs:     {' '.join(command)}")
     if dry_run:

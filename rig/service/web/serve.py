@@ -4,6 +4,7 @@ is gone."""
 import asyncio
 import contextlib
 import gc
+import logging
 import os
 import signal
 import socket
@@ -77,9 +78,15 @@ def _server(site: "Site") -> "Server":
         timeout_keep_alive=_KEEP_ALIVE_S,
         backlog=PAGE_BACKLOG,
     )
+    logging.getLogger("uvicorn.error").addFilter(_is_ours)
     server = uvicorn.Server(config)
     server.capture_signals = contextlib.nullcontext  # type: ignore[assignment,method-assign]
     return server
+
+
+def _is_ours(line: logging.LogRecord) -> bool:
+    """Not what a viewer sent that is no text, for which uvicorn has a traceback."""
+    return not line.getMessage().startswith("Invalid UTF-8 sequence")
 
 
 async def _serve(server: Any, site: "Site", listening: socket.socket, pipe: Connection, parent: int) -> None:

@@ -15,7 +15,7 @@ from support.page_visitor import Visitor
 from support.records.made_logs import made_log
 from support.rigs.page_rig import diagnosing, stopped
 from support.rigs.patient_rig import BY_THE_MACHINE, PATIENT
-from websockets.exceptions import InvalidStatus
+from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import connect
 
 from rig.errors import RigError
@@ -134,6 +134,19 @@ def test_what_is_no_http_fills_no_log(bench: FaultBench, visitor: Visitor) -> No
             with contextlib.suppress(ConnectionError):
                 assert other.recv(100).partition(b"\r\n")[0] in (b"HTTP/1.1 400 Bad Request", b"")
     assert "Invalid HTTP" not in bench.log_text()[before:]
+
+
+def test_a_viewer_that_sends_no_text_fills_no_log(bench: FaultBench, visitor: Visitor) -> None:
+    """A traceback of eight lines for each, of whoever may look."""
+    visitor.come()
+    before = len(bench.log_text())
+    live, known = visitor.url.replace("http", "ws") + "live", {"Cookie": visitor.cookie}
+    with connect(live, origin=visitor.origin, additional_headers=known) as viewer:  # type: ignore[arg-type]
+        viewer.send(b"\xff", text=True)
+        with contextlib.suppress(ConnectionClosed):
+            while True:
+                viewer.recv(10)  # ends by an error of its own, after ten seconds, where nobody hangs up
+    assert "Traceback" not in bench.log_text()[before:]
 
 
 def test_a_viewer_hears_state_and_rows_and_foreign_pages_hear_nothing(bench: FaultBench, visitor: Visitor) -> None:

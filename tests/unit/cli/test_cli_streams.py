@@ -1,6 +1,7 @@
 """Streams that are closed or full, and Ctrl-C while a process is being started: a fitting status, never a traceback."""
 
 import multiprocessing
+import os
 import signal
 import subprocess
 import sys
@@ -8,6 +9,7 @@ from multiprocessing.connection import Connection
 from pathlib import Path
 
 import pytest
+from support.records.made_logs import made_log
 from support.run_command import PAMRIG
 
 from rig.service.processes import start_process
@@ -120,6 +122,15 @@ STRIKES = {
     exec("raise KeyboardInterrupt")
 """,
 }
+
+
+def test_a_sign_that_the_encoding_has_not_is_spelled_out(tmp_path: Path) -> None:
+    """It ended the command in a traceback, with its answer."""
+    made_log(tmp_path / "Ω.mcap")
+    call = [PAMRIG, "log", "check", str(tmp_path)]
+    env = os.environ | {"PYTHONIOENCODING": "latin-1"}
+    done = subprocess.run(call, env=env, capture_output=True, timeout=60, check=False)
+    assert (done.returncode, done.stdout, done.stderr) == (0, f"{tmp_path}/\\u03a9.mcap: ok\n".encode(), b"")
 
 
 @pytest.mark.real_time

@@ -101,6 +101,17 @@ def test_check_goes_on_beyond_a_file_that_cannot_be_read(call, tmp_path: Path) -
     assert call("log", "check", tmp_path / "a.csv")[0] == 2, "of a file that is named it is the call that is wrong"
 
 
+def test_the_name_of_a_file_says_nothing_of_another(call, tmp_path: Path) -> None:
+    """A line break in it made a line of ours: `a.mcap: ok`, of a file that was cut."""
+    (tmp_path / "a.mcap").write_bytes(b"")
+    made_log(tmp_path / "a.mcap: ok\nb.mcap", 300)
+    _, out, _ = call("log", "check", tmp_path)
+    assert sorted(line.removeprefix(f"{tmp_path}/") for line in out.splitlines()) == [
+        "a.mcap: ok\\nb.mcap: ok",
+        "a.mcap: the file is empty",
+    ]
+
+
 def test_recover(call, tmp_path: Path) -> None:
     made_log(tmp_path / "run.mcap", 500)
     data = (tmp_path / "run.mcap").read_bytes()

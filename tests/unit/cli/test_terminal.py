@@ -51,6 +51,14 @@ def test_a_name_with_brackets_is_a_name() -> None:
     ]
 
 
+def test_a_name_of_two_lines_is_no_second_row(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("sys.stdout", shown := io.StringIO())
+    table = listing("day", "gap")
+    table.add_row("monday\ntuesday", "0.1 deg")
+    console().print(table)
+    assert [line.split() for line in shown.getvalue().splitlines()[1:]] == [["monday\\ntuesday", "0.1", "deg"]]
+
+
 @pytest.mark.parametrize("name", ["logs[/x]/a.mcap: no space", HOSTILE, "[bold]N"])
 def test_a_note_beside_a_progress_bar_is_text(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """A folder, a device or an own unit called like that ended a run with a traceback, on a terminal alone."""

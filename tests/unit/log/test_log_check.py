@@ -10,6 +10,7 @@ from support.records.made_logs import made_content, made_log
 
 from rig.log.check import check
 from rig.log.convert import LogContent, content_of_record, write_content
+from rig.log.exchange import export
 from rig.record import Record
 from rig.sample import Flag
 
@@ -36,6 +37,21 @@ def test_a_csv_that_is_in_order(tmp_path: Path) -> None:
     ]
     path.write_text("t_s,dp_cmd_mpa\n0,x\n")
     assert check(path) == ["row 2: dp_cmd_mpa: 'x' is not a number"]
+
+
+@pytest.mark.parametrize("name", ["p1_mpa", "p2_mpa", "angle_deg"])
+def test_a_table_with_a_measurement_that_has_no_number_is_not_in_order(tmp_path: Path, name: str) -> None:
+    """Such a column is no part of the record, which was in order without it."""
+    path = tmp_path / "run.csv"
+    path.write_text(f"t_s,dp_cmd_mpa,{name}\n" + "".join(f"{0.005 * k:.3f},0.1,nan\n" for k in range(50)))
+    assert check(path) == [f"{name} has a column, and no number in it"]
+
+
+def test_an_export_of_a_rig_without_monitors_is_in_order(tmp_path: Path) -> None:
+    """Each of its rows says that there are none."""
+    content = content_of_record(Record("made", np.arange(50) * 0.005, np.zeros(50), np.zeros(50)), {})
+    export(content, tmp_path / "run.csv", "csv")
+    assert check(tmp_path / "run.csv") == []
 
 
 def test_a_log_of_another_program_is_asked_for_its_time_as_its_table_is(tmp_path: Path) -> None:

@@ -7,8 +7,11 @@ import pytest
 from support.records.made_logs import assert_same_content, made_content
 
 from rig.app.records.logs import import_content
-from rig.errors import RecordError
+from rig.errors import RecordError, RigError
+from rig.log import exchange
+from rig.log.convert import LogContent
 from rig.log.exchange import SUFFIXES, export, read_exported
+from rig.log.mcap.columns import Array
 from rig.log.reader import read
 
 
@@ -87,6 +90,26 @@ def test_an_export_is_there_whole_or_not_at_all(tmp_path: Path, kind: str, monke
         with pytest.raises(KeyboardInterrupt):
             export(content, path, kind)
     assert [place for place in tmp_path.iterdir() if not place.name.endswith("-metadata.json")] == []
+
+
+@pytest.mark.parametrize("kind", ["csv", "csv.gz"])
+def test_of_two_exports_at_once_the_later_takes_nothing_from_the_other(
+    tmp_path: Path, kind: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It was refused, and took the facts of the first with it: the table stayed alone, under "a.csv: 50 rows"."""
+    content, place, table = made_content(50), tmp_path / f"a{SUFFIXES[kind]}", exchange._table  # noqa: SLF001
+
+    def meanwhile(of: LogContent) -> dict[str, Array]:
+        monkeypatch.setattr(exchange, "_table", table)
+        export(content, place, kind)
+        return table(of)
+
+    monkeypatch.setattr(exchange, "_table", meanwhile)
+    with pytest.raises(RigError, match="exists already"):
+        export(made_content(60), place, kind)
+    found = read_exported(place)
+    assert found is not None
+    assert_same_content(found, content)
 
 
 def test_the_same_log_makes_the_same_packed_table(tmp_path: Path) -> None:

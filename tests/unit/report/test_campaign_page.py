@@ -18,3 +18,9 @@ def test_each_day_says_what_was_found(tmp_path: Path) -> None:
     assert "valve_lag<br><small>The regulators answer 10 ms later than on the earlier days" in tuesday
     assert ">0.75</td>" in tuesday
     assert "floor" not in monday + tuesday
+
+
+def test_a_day_whose_name_is_no_utf8_has_its_link(tmp_path: Path) -> None:
+    """All days had been diagnosed by then, and the command ended in a traceback."""
+    write_page(tmp_path / "days.html", {"d\udcff": told(verdict="none")}, {"d\udcff": tmp_path / "d\udcff.html"}, [])
+    assert 'href="d%FF.html"' in (tmp_path / "days.html").read_text()

@@ -64,7 +64,7 @@ ODD: Final = 'a lab\'s 50 %n "rig" $HOME; x'
 def test_systemd_reads_places_with_odd_names_as_they_are(tmp_path: Path) -> None:
     """A blank parted the rig's path in two, in the line that writes the safe state too."""
     unit = installing.render(
-        installing.SYSTEMD, "/usr/bin/pamrig", Path(f"/{ODD}/rig.yaml"), Path("/etc/d.yaml"), Path(f"/{ODD}")
+        installing.SYSTEMD, "/usr/bin/pamrig", Path(f"/{ODD}/rig.yaml"), Path("/etc/d.yaml"), [Path(f"/{ODD}")]
     )
     spelt = '"/a lab\'s 50 %%n \\"rig\\" $$HOME; x/rig.yaml"'
     assert f"ExecStart=/usr/bin/pamrig daemon --rig {spelt} --config /etc/d.yaml\n" in unit
@@ -83,7 +83,7 @@ def test_the_system_v_script_calls_with_odd_names_as_they_are(tmp_path: Path) ->
     pamrig = tmp_path / ODD / "pamrig"
     pamrig.write_text("#!/bin/sh\nfor word; do printf '<%s>' \"$word\"; done\n")
     pamrig.chmod(0o755)
-    text = installing.render(installing.SYSV, str(pamrig), tmp_path / ODD / "rig.yaml", Path("/etc/d.yaml"), tmp_path)
+    text = installing.render(installing.SYSV, str(pamrig), tmp_path / ODD / "rig.yaml", Path("/etc/d.yaml"), [tmp_path])
     (tmp_path / "script").write_text(text.replace("start-stop-daemon", "true"))
     told = subprocess.run(["sh", str(tmp_path / "script"), "stop"], capture_output=True, text=True, check=True)
     assert told.stdout == f"<service><safe><--rig><{tmp_path / ODD / 'rig.yaml'}>"
@@ -92,7 +92,27 @@ def test_the_system_v_script_calls_with_odd_names_as_they_are(tmp_path: Path) ->
 @pytest.mark.parametrize("init", installing.INITS.values(), ids=installing.INITS)
 def test_a_service_is_not_installed_for_a_place_that_breaks_its_line(init: installing.Init) -> None:
     with pytest.raises(RigError, match="a service cannot be told of a place with such a character"):
-        installing.render(init, "/usr/bin/pamrig", Path("/a\nExecStartPre=b"), Path("/etc/d.yaml"), Path("/logs"))
+        installing.render(init, "/usr/bin/pamrig", Path("/a\nExecStartPre=b"), Path("/etc/d.yaml"), [Path("/logs")])
+
+
+@pytest.mark.parametrize("init", installing.INITS.values(), ids=installing.INITS)
+def test_a_place_that_is_called_as_one_of_the_template_is_no_other(init: installing.Init) -> None:
+    """The rig of another file would have been served, and made safe."""
+    text = installing.render(init, "/opt/pamrig", Path("/{config}/{folders}.yaml"), Path("/etc/d.yaml"), [Path("/l")])
+    assert text.count("/{config}/{folders}.yaml") == 2
+
+
+def test_the_service_may_write_to_each_folder_that_its_settings_name(tmp_path: Path) -> None:
+    """The unit opened the records alone: a daemon with its state in a home could not write its queue. Names are
+    relative to the folder that a service starts in."""
+    (tmp_path / "etc/pamrig").mkdir(parents=True)
+    settings = "logs: records\nstate: /home/lab/state\nmetrics: /usr/local/prom/pamrig.prom\n"
+    (tmp_path / "etc/pamrig/daemon.yaml").write_text(settings)
+    install(tmp_path, "--init", "systemd")
+    unit = (tmp_path / "etc/systemd/system/pamrig.service").read_text()
+    assert "ReadWritePaths=/records /home/lab/state /usr/local/prom\n" in unit
+    made = installing.after_install(installing.SYSTEMD, load_settings(tmp_path / "etc/pamrig/daemon.yaml"))
+    assert ["mkdir", "-p", "/records", "/home/lab/state", "/usr/local/prom"] in made
 
 
 def test_the_system_v_script_is_a_script(tmp_path: Path) -> None:

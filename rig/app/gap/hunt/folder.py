@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from rig.config import finite, read_text
-from rig.errors import ConfigError
+from rig.errors import ConfigError, RigError
 from rig.outputs import OutputKind, file_name, make_folder, write_text
 from rig.service.connections.socket_access import lock_folder
 
@@ -17,6 +17,9 @@ FILE = "hunt.json"
 VERSION = 1
 MODEL_TEXT = "model_sha256"
 """Among what was asked: the digest of the model's file, which somebody may write anew between two calls."""
+
+RIG_TEXT = "rig_sha256"
+"""Among what was asked: the digest of what the rig measures with and moves; another rig may have the same name."""
 
 
 @dataclass(frozen=True)
@@ -64,6 +67,12 @@ class Hunt:
         """The same, its last step replaced."""
         return replace(self, steps=(*self.steps[:-1], step))
 
+    def require_folder(self) -> None:
+        """RigError when its folder was moved or removed since it was saved: made anew it would hold a part of the hunt,
+        which nobody could go on with, and the rig would have moved for nothing."""
+        if not (self.folder / FILE).is_file():
+            raise RigError(f"{self.folder}: moved or removed while the hunt was at work; it is not made anew")
+
     def save(self) -> None:
         """Keep it, whole or not at all."""
         plain = {
@@ -102,7 +111,7 @@ def open_hunt(folder: Path, asked: Mapping[str, Any]) -> Hunt:
     text = read_text(place)
     try:
         plain = json.loads(text)
-        steps = tuple(_step(one) for one in plain["steps"])
+        steps = _one_after_the_other([_step(one) for one in plain["steps"]])
         before = dict(plain["asked"])
     except (ValueError, LookupError, TypeError, OverflowError, RecursionError) as error:
         raise ConfigError(f"{place}: not a hunt's file: {error}") from None
@@ -115,13 +124,25 @@ def open_hunt(folder: Path, asked: Mapping[str, Any]) -> Hunt:
 def _check_same(folder: Path, before: Mapping[str, Any], asked: Mapping[str, Any]) -> None:
     """ConfigError when a hunt began with something else, as far as its file says with what."""
     changed = next((key for key, value in asked.items() if key in before and before[key] != value), None)
-    if changed == MODEL_TEXT:
-        raise ConfigError(f"{folder}: {asked['model']} has been changed since this hunt began; name another folder")
+    if changed in (MODEL_TEXT, RIG_TEXT):
+        what = asked["model"] if changed == MODEL_TEXT else f"the rig {asked['rig']}"
+        raise ConfigError(f"{folder}: {what} has been changed since this hunt began; name another folder")
     if changed is not None:
         raise ConfigError(
             f"{folder}: holds a hunt with {changed} {before[changed]}, not {asked[changed]}; ask the same, or name "
             "another folder"
         )
+
+
+def _one_after_the_other(steps: list[HuntStep]) -> tuple[HuntStep, ...]:
+    """The steps of a file; ValueError where one before the last has no records, or two have the same: they would count
+    as two experiments."""
+    if not all(step.done for step in steps[:-1]):
+        raise ValueError("a step before the last has no records")
+    folders = [step.records for step in steps if step.done]
+    if len({*folders}) < len(folders):
+        raise ValueError("two steps have the same records")
+    return tuple(steps)
 
 
 def _step(plain: Mapping[str, Any]) -> HuntStep:
@@ -132,4 +153,6 @@ def _step(plain: Mapping[str, Any]) -> HuntStep:
         if name != file_name(name):
             raise ValueError(f"{name!a} is no name of a step's file")
     since = None if plain.get("since") is None else int(plain["since"])
-    return HuntStep(sweep, str(plain["why"]), finite(plain["minutes"]), records, names, since)
+    if (minutes := finite(plain["minutes"])) < 0.0:
+        raise ValueError(f"a step of {minutes:g} minutes")
+    return HuntStep(sweep, str(plain["why"]), minutes, records, names, since)

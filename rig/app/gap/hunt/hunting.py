@@ -111,11 +111,13 @@ def hunt(
         if not so_far.steps[-1].done:
             if why := _barred(options, so_far, allowed):
                 return _ended(so_far, finding, why)
+            so_far.require_folder()
             so_far = recorded(so_far, options)
         with progress(f"diagnosing after step {len(so_far.steps)}"):
             finding = diagnose_so_far(options, model, so_far)
         so_far = so_far.with_last(replace(so_far.steps[-1], set=finding.names))
         report(so_far.steps[-1], finding)  # before its file: it is said where that cannot be written
+        so_far.require_folder()
         so_far.save()
         if finding.settled:
             return _ended(so_far, finding, finding.settled)

@@ -1,5 +1,6 @@
 """What a hunt works with, and what of that it goes on with only."""
 
+import json
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -7,7 +8,7 @@ from hashlib import sha256
 from pathlib import Path
 
 from rig.app import shipped
-from rig.app.gap.hunt.folder import MODEL_TEXT
+from rig.app.gap.hunt.folder import MODEL_TEXT, RIG_TEXT
 from rig.gap.reference.kinds import AUTO
 from rig.record import Record
 from rig.rig_config import RigConfig
@@ -40,6 +41,7 @@ class HuntOptions:
         """What a hunt goes on with only, by the names of the options: as it was when it was first looked at."""
         return {
             "rig": self.rig.name,
+            RIG_TEXT: _digest(self.rig),
             "model": str(self.model),
             MODEL_TEXT: sha256(shipped.find_config(self.model, "models").read_bytes()).hexdigest(),
             "reference": self.reference,
@@ -47,3 +49,12 @@ class HuntOptions:
             "every_day": self.every_day,
             "sweep": str(self.first),
         }
+
+
+def _digest(rig: RigConfig) -> str:
+    """Of what its records depend on: devices, roles, calibration, channels, period, and the files that these name. Its
+    limits, its safe state and its tags may change while a hunt waits."""
+    devices = [(each.name, each.kind, each.settings, sorted(each.roles)) for each in rig.devices]
+    files = [sha256(text).hexdigest() for _, text in sorted(rig.used.items())]
+    told = [rig.period_ns, devices, rig.calibration, rig.channels.plain(), [str(one) for one in rig.further], files]
+    return sha256(json.dumps(told, sort_keys=True, default=str).encode("utf-8", "backslashreplace")).hexdigest()

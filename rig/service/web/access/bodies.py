@@ -81,6 +81,7 @@ def _parse(kind: str, body: bytes) -> dict[str, Any]:
     try:
         if kind == "application/json":
             given = json.loads(body)
+            json.dumps(given, ensure_ascii=False).encode()  # halves of characters are no text
         elif kind == "application/x-www-form-urlencoded":
             given = dict(parse_qsl(body.decode(), keep_blank_values=True, max_num_fields=_MOST_FIELDS))
         else:

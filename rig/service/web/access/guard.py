@@ -96,7 +96,10 @@ class VisitorGuard:
         have."""
         origin = headers.get("origin")
         if origin is not None:
-            return bool(urlsplit(origin).netloc.lower() == host.lower())
+            try:
+                return bool(urlsplit(origin).netloc.lower() == host.lower())
+            except ValueError:  # an address that is none, such as http://[::1
+                return False
         if headers.get("sec-fetch-site") is not None:
             return headers["sec-fetch-site"] == "same-origin"
         scope["needs_form_key"] = True

@@ -1,10 +1,11 @@
 """What can be chosen on the page, by name: sweeps and models in the folders that the daemon allows. A name is looked up
-in a listing and never made a path, so that none leads out of a folder."""
+in a listing and never made a path, so that none leads out of a folder; bytes in it that are no UTF-8 are spelt out."""
 
 from collections.abc import Iterable
 from pathlib import Path
 
 from rig.errors import ConfigError
+from rig.service.web.files.records import spelt
 
 
 class Catalogue:
@@ -30,5 +31,5 @@ class Catalogue:
         found: dict[str, Path] = {}
         for folder in reversed(self._folders):
             if folder.is_dir():
-                found |= {file.stem: file.absolute() for file in folder.glob("*.yaml") if file.is_file()}
+                found |= {spelt(file.stem): file.absolute() for file in folder.glob("*.yaml") if file.is_file()}
         return found

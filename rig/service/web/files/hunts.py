@@ -7,6 +7,7 @@ from typing import Any, Final
 
 from rig.config import finite, read_text
 from rig.errors import RigError
+from rig.service.web.files.records import spelt
 
 _FILE: Final = "hunt.json"
 _MOST: Final = 20
@@ -29,7 +30,11 @@ def _folders(logs: Path) -> list[Path]:
 def _hunt(folder: Path) -> dict[str, Any] | None:
     try:
         kept = json.loads(read_text(folder / _FILE, _MOST_BYTES))
-        hunt = {"name": folder.name, "ended": str(kept["ended"]), "steps": [_step(step) for step in kept["steps"]]}
+        hunt = {
+            "name": spelt(folder.name),
+            "ended": str(kept["ended"]),
+            "steps": [_step(step) for step in kept["steps"]],
+        }
         json.dumps(hunt, ensure_ascii=False).encode()  # halves of characters cannot be sent
     except (RigError, ValueError, LookupError, TypeError, OverflowError, RecursionError):
         return None

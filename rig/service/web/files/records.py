@@ -1,7 +1,9 @@
 """What lies in the folder of records, by session and name. Names are looked up in listings and never made paths."""
 
 import contextlib
+import os
 import re
+import stat
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, Final
@@ -38,7 +40,8 @@ class SessionFolders:
         folder = self._folders().get(session)
         if folder is None:
             raise RecordError(f"{session[:80]!a}: no such session")
-        return sorted(_records_in(folder), key=lambda file: (file.stat().st_mtime_ns, file.name))
+        found = _records_in(folder)
+        return sorted(found, key=lambda file: (found[file].st_mtime_ns, file.name))
 
     def recorded_s(self, session: str) -> float:
         """When a session was recorded, in seconds since 1970: as its name says, else its oldest file; RecordError when
@@ -69,11 +72,17 @@ class SessionFolders:
         return {LOOSE: self.root} | below
 
 
-def _records_in(folder: Path) -> list[Path]:
-    return [file for file in folder.glob(f"*{_SUFFIX}") if file.is_file() and not file.is_symlink()]
+def _records_in(folder: Path) -> dict[Path, os.stat_result]:
+    """The records of a folder, each as it was when it was looked at; one that goes away meanwhile hides no other."""
+    found: dict[Path, os.stat_result] = {}
+    for file in folder.glob(f"*{_SUFFIX}"):
+        with contextlib.suppress(OSError):
+            if stat.S_ISREG((seen := file.lstat()).st_mode):
+                found[file] = seen
+    return found
 
 
 def _session(name: str, folder: Path) -> dict[str, Any]:
     files = _records_in(folder)
-    changed_s = max((file.stat().st_mtime for file in files), default=0.0)
+    changed_s = max((seen.st_mtime for seen in files.values()), default=0.0)
     return {"name": name, "records": len(files), "changed_s": changed_s}

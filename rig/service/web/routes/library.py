@@ -86,13 +86,16 @@ class LibraryRoutes:
 
 
 def answered(look: Look) -> Callable[[Request], Awaitable[Response]]:
-    """A handler: what is found as JSON, what is not as one line."""
+    """A handler: what is found as JSON, what is not as one line; also a file that goes away while it is looked at."""
 
     async def handle(request: Request) -> Response:
         try:
             return EscapedJson(await look(request))
         except RigError as error:
             return EscapedJson({"error": str(error)}, _MISSING if "no such" in str(error) else _UNFIT)
+        except OSError as error:
+            gone = f"{spelt(str(error.filename or 'a file'))}: {error.strerror or error}"
+            return EscapedJson({"error": gone}, _MISSING)
 
     return handle
 

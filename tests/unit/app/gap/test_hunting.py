@@ -134,6 +134,22 @@ def test_a_hunt_does_not_go_on_with_another_model_of_that_name(tmp_path: Path) -
         hunt(options(tmp_path / "hunt", model=model), allowed=lambda step: False)
 
 
+def test_a_hunt_does_not_go_on_on_another_rig_of_that_name(tmp_path: Path) -> None:
+    """What two rigs show together is the fault of neither. Limits may be changed while a hunt waits."""
+    text = Path("configs/rigs/simulated_worn.yaml").read_text()
+    (tmp_path / "rig.yaml").write_text(text.replace("../models/simulated.yaml", f"{MODEL.resolve()}"))
+
+    def call(said: str, instead: str) -> Hunted:
+        place = tmp_path / "rig.yaml"
+        place.write_text(place.read_text().replace(said, instead))
+        return hunt(options(tmp_path / "hunt", rig=compose.load(place)), allowed=lambda step: False)
+
+    call("", "")
+    call("slew_mpa_s: 5.0", "slew_mpa_s: 4.0")
+    with pytest.raises(ConfigError, match="the rig simulated_worn has been changed since this hunt began"):
+        call("tau_s: 0.01,", "tau_s: 0.0,")
+
+
 def test_a_hunt_that_begins_with_a_table_finds_it(tmp_path: Path) -> None:
     (tmp_path / "w.csv").write_text("t_s,dp_mpa\n0,0\n1,0.1\n2,0\n")
     sweep = tmp_path / "tables.yaml"
@@ -147,7 +163,7 @@ def test_a_hunt_whose_file_is_from_before_goes_on(tmp_path: Path) -> None:
     hunt(options(tmp_path / "hunt"), allowed=lambda step: False)
     place = tmp_path / "hunt" / FILE
     told = json.loads(place.read_text())
-    for key in ("every_day", "sweep", "model_sha256"):
+    for key in ("every_day", "sweep", "model_sha256", "rig_sha256"):
         del told["asked"][key]
     place.write_text(json.dumps(told))
     assert hunt(options(tmp_path / "hunt"), allowed=lambda step: False).hunt.ended == "not confirmed"
@@ -202,6 +218,21 @@ def test_a_file_that_is_no_hunt_s_is_one_line(tmp_path: Path, text: str) -> None
     with pytest.raises(ConfigError) as error:
         open_hunt(tmp_path, {})
     assert "\n" not in str(error.value)
+
+
+@pytest.mark.parametrize(
+    "steps",
+    [
+        [("a", 1.0), ("a", 1.0)],
+        [("", 1.0), ("a", 1.0)],
+        [("a", -1e9), ("", 1.0)],
+    ],
+    ids=["records twice", "one left out", "time given back"],
+)
+def test_steps_that_no_hunt_makes_are_refused(tmp_path: Path, steps: list[tuple[str, float]]) -> None:
+    Hunt(tmp_path, {}, tuple(HuntStep("s.yaml", "why", minutes, records) for records, minutes in steps)).save()
+    with pytest.raises(ConfigError, match="not a hunt's file: "):
+        open_hunt(tmp_path, {})
 
 
 def test_a_hunt_comes_back_as_it_was_saved(tmp_path: Path) -> None:

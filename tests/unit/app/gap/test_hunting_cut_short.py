@@ -97,6 +97,22 @@ def limited(asked: HuntOptions) -> Any:
     return replace(asked.rig, limits=replace(asked.rig.limits, pressure_mpa=(0.19, 0.21)))
 
 
+def test_a_folder_that_is_moved_meanwhile_is_not_made_anew_and_nothing_moves(left_hunt: Path) -> None:
+    """The next sweep was recorded into another one of that name, and ended in a diagnosis without the first."""
+    elsewhere = left_hunt.with_name("elsewhere")
+
+    def moving(_: object) -> bool:
+        left_hunt.rename(elsewhere)
+        return True
+
+    told: list[Hunted] = []
+    with pytest.raises(RigError, match="moved or removed while the hunt was at work"):
+        hunt_and_tell(options(left_hunt), moving, lambda step: None, told.append)
+    assert not left_hunt.exists()
+    assert len(told) == 1, "what is known is told"
+    assert [step.done for step in open_hunt(elsewhere, options(elsewhere).asked).steps] == [True, False]
+
+
 def test_a_planned_sweep_that_the_limits_no_longer_allow_is_refused_and_the_rest_said(left_hunt: Path) -> None:
     asked = options(left_hunt)
     told, error = tell(replace(asked, rig=limited(asked)))

@@ -120,6 +120,26 @@ def test_a_place_that_cannot_be_written_is_refused_before_the_work(days: Path, t
         call("diagnose", "--model", MODEL, "--log", days / "nowhere", "--html", tmp_path / "missing" / "page.html")
 
 
+@pytest.mark.parametrize(
+    ("outputs", "said"),
+    [
+        (("--augmented-model", "m.yaml"), r"--augmented-model \(late\) .*m_late\.yaml: .* which --model reads"),
+        (("--html", "notes.html"), r"notes_late\.html: exists already and is not an HTML page"),
+        (("--retuned", f"{'m' * 249}.yaml"), "cannot be written: no file can have that name"),
+    ],
+)
+def test_a_file_of_one_of_several_days_is_refused_before_the_work(
+    days: Path, tmp_path: Path, outputs: tuple[str, str], said: str
+) -> None:
+    """The day's name is put behind that of the option: the model itself was written over, by a model."""
+    (tmp_path / "m_late.yaml").write_bytes(Path("configs/models/simulated.yaml").read_bytes())
+    (tmp_path / "notes_late.html").write_text("mine")
+    model, (option, place) = tmp_path / "m_late.yaml", outputs
+    with pytest.raises(RigError, match=said):
+        call("diagnose", "--model", model, "--log", days, option, tmp_path / place)
+    assert model.read_bytes() == Path("configs/models/simulated.yaml").read_bytes()
+
+
 def test_effects_lists_the_library(tmp_path: Path) -> None:
     call("effects", "--json", tmp_path / "effects.json")
     report = json.loads((tmp_path / "effects.json").read_text())["effects"]

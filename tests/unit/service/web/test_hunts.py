@@ -20,6 +20,11 @@ def test_a_hunt_is_told_step_by_step(tmp_path: Path) -> None:
     assert [step["done"] for step in told["steps"]] == [True, False]
 
 
+def test_a_hunt_in_a_folder_whose_name_is_no_utf8_is_shown(tmp_path: Path) -> None:
+    Hunt(tmp_path / "h\udcff", {}, (), "named").save()
+    assert [told["name"] for told in hunts(tmp_path)] == [r"h\xff"]
+
+
 def test_what_is_no_hunt_is_left_out(tmp_path: Path) -> None:
     for name, text in {"a": "", "b": "[1]", "c": json.dumps({"ended": "", "steps": [{}]}), "d": "{"}.items():
         (tmp_path / name).mkdir()

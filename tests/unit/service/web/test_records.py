@@ -31,3 +31,15 @@ def test_names_in_another_encoding_are_listed_and_found_again(records: SessionFo
 def test_facts_that_json_lacks_do_not_break_an_answer() -> None:
     told = json.loads(EscapedJson({"a": float("nan"), "b": [float("inf")], "c": "\ud800", "d": {"e": 1.5}}).body)
     assert told == {"a": None, "b": [None], "c": "\ud800", "d": {"e": 1.5}}
+
+
+def test_a_record_that_goes_away_while_it_is_looked_at_hides_no_other(
+    records: SessionFolders, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As the oldest does that the daemon may remove: the list of all sessions was an error of the page."""
+    gone = records.root / "today" / "old.mcap"
+    listed = Path.glob
+    monkeypatch.setattr(Path, "glob", lambda folder, pattern: [*listed(folder, pattern), gone])
+    monkeypatch.setattr(Path, "is_file", lambda _: True)  # so it was when it was listed
+    assert {session["records"] for session in records.sessions()} == {1}
+    assert len(records.files("today")) == 1

@@ -119,3 +119,11 @@ def test_the_earlier_folder_of_a_catalogue_counts_and_nothing_else_is_in_it(tmp_
     for name in ("", "notes", "../mine/quick", str(tmp_path / "mine" / "quick")):
         with pytest.raises(ConfigError, match="no such sweep"):
             catalogue.path(name)
+
+
+def test_a_name_in_a_catalogue_that_is_no_utf8_is_spelt_out_and_found(tmp_path: Path) -> None:
+    """Half a character has no place in an address: such a sweep could be seen in the list, and was not found."""
+    (tmp_path / "bad\udcff.yaml").write_text("name: bad")
+    catalogue = Catalogue("sweep", (tmp_path,))
+    assert catalogue.names == [r"bad\xff"]
+    assert catalogue.path(r"bad\xff").read_text() == "name: bad"

@@ -152,6 +152,11 @@ def test_a_wrong_token_is_told_so(networked: Site) -> None:
     assert "set-cookie" not in refused.headers or "." not in refused.headers["set-cookie"].partition(".1.")[1]
 
 
+def test_half_a_character_for_a_token_is_no_error_of_the_page(networked: Site) -> None:
+    as_json = OWN | {"content-type": "application/json"}
+    assert ask(networked, "/login", as_json, method="POST", body=b'{"token": "\\ud800"}').status == 400
+
+
 # other sites
 
 
@@ -171,7 +176,7 @@ def test_addresses_and_our_names_lead_here(networked: Site, host: str) -> None:
 
 
 @pytest.mark.parametrize(
-    "origin", ["http://evil.example", "null", "http://192.168.1.5:9999", "http://192.168.1.5", "", "x"]
+    "origin", ["http://evil.example", "null", "http://192.168.1.5:9999", "http://192.168.1.5", "", "x", "http://[::1"]
 )
 @pytest.mark.parametrize("path", ["/stop", "/api/arm", "/api/start", "/api/command/take", "/login"])
 def test_another_site_cannot_send_anything(local: Site, origin: str, path: str) -> None:
@@ -180,6 +185,7 @@ def test_another_site_cannot_send_anything(local: Site, origin: str, path: str) 
 
 def test_another_site_cannot_listen_or_read(local: Site) -> None:
     assert ask(local, "/live", {"origin": "http://evil.example"}, kind="websocket").status == 4403
+    assert ask(local, "/live", {"origin": "http://[::1"}, kind="websocket").status == 4403
     assert ask(local, "/live", kind="websocket").status == 4403
     for site in ("cross-site", "same-site"):
         assert ask(local, "/api/status", {"sec-fetch-site": site, "sec-fetch-mode": "no-cors"}).status == 403
@@ -212,6 +218,7 @@ def test_a_form_of_ours_stops_where_the_browser_says_no_origin(local: Site) -> N
         ("application/json", b"{" * 9000, 400),
         ("application/json", b"[1, 2]", 400),
         ("application/json", b'{"form_key"', 400),
+        ("application/json", b'{"form_key": "\\ud800"}', 400),
         ("application/x-www-form-urlencoded", b"a=1&" * 1000, 400),
         ("application/json", b" " * 20_000, 413),
     ],
