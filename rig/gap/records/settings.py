@@ -179,12 +179,6 @@ most while its pressure stands. Less: one without noise that stands rightly, beh
 FIRST_ROWS = 3
 """Rows by whose median a record begins at an angle: before the joint has moved. More: a fast sweep has left its zero;
 fewer: one fallen sample decides."""
-NOISE_OF_A_START, NOISE_OF_STARTS = 3.0, 2.0
-"""... at zero, if it is within so many standard deviations of the white noise of one row, or a step of the converter;
-all together by their mean, within so many of the mean's, or half a step, ..."""
-MOVED_AT_FIRST = 5e-4
-"""... or within this share of what the record moves, which a joint does in these rows. More: records whose zero is the
-sensor's say nothing of what turns the joint at rest."""
-TELLS_A_START = 3e-3
-"""Share of what a record moves within which its start must be seen: sensors are as near to zero by themselves. More:
-noisy or coarse sensors seem to count from rest."""
+TELLS_A_START = 1e-3
+"""Widest code of an encoder, as a share of the farthest motion, by which records are seen to begin at zero: coarser
+sensors are as near to it by themselves. More: they seem to count from rest; less: only fine encoders are seen to."""

@@ -45,7 +45,7 @@ EXACT_DEG = 1e-7
 AT_REST_S = 1e6
 """A tick so long that speed and acceleration count for nothing: where a record starts, the joint has come to rest from
 where it was, held by its friction."""
-LEAST_COMPLIANCE = 0.2
+LEAST_COMPLIANCE = 0.5
 """Of a joint at its ends over that in the middle, and the inverse of the most: far from where it was fitted a
 polynomial goes anywhere."""
 NOTHING_ADDED = (0.0, 0.0, 0.0, 0.0, 0.0)

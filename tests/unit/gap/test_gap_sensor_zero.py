@@ -13,6 +13,7 @@ from rig.gap.records.own_zero import OWN_ZERO_NOTE
 from rig.gap.records.settings import FIRST_ROWS
 from rig.model.parameters import AddedEffect
 from rig.record import Record
+from rig.smoothing import smoothed
 
 HERE_DEG, MOUNTED_DEG = 2.0, 40.0
 """Neither is where the joint rests: records that begin at zero are taken to count from there."""
@@ -71,10 +72,14 @@ def test_a_zero_that_each_record_took_at_rest_is_no_second_cause(days: int) -> N
         assert found.gap.after_deg < found.gap.floor_deg
 
 
+CODE_DEG = 0.03
+
+
 def from_its_first(record: Record) -> Record:
     """As an encoder counts that is switched on before each record, of which its table says nothing."""
     assert record.angle_deg is not None
-    return replace(record, angle_deg=record.angle_deg - float(np.median(record.angle_deg[:FIRST_ROWS])))
+    codes = np.round(smoothed(record.angle_deg, 4.0) / CODE_DEG)
+    return replace(record, angle_deg=CODE_DEG * (codes - float(np.median(codes[:FIRST_ROWS]))))
 
 
 @pytest.mark.parametrize("days", [0, 3])
