@@ -68,6 +68,13 @@ def vertex_offset(column: Column, row: int) -> float:
     return float(0.5 * (before - after) / bend) if bend else 0.0
 
 
+def usual_step(column: Column) -> float:
+    """The usual step between the different values of a column (n,) without holes: a coarse converter's; 0 where there
+    is one value."""
+    steps = np.diff(np.unique(column))
+    return float(np.median(steps)) if len(steps) else 0.0
+
+
 def white_noise(columns: Iterable[Column], *, without_repeats: bool = False) -> float:
     """Standard deviation of the white noise in columns (n,), in their unit, from their third differences by medians.
 

@@ -79,15 +79,16 @@ def render(init: Init, pamrig: str, rig: Path, config: Path, folders: Sequence[P
     places: dict[str, Sequence[object]] = {"pamrig": [pamrig], "rig": [rig], "config": [config], "folders": folders}
     spelt: dict[str, str] = {}
     for place, values in places.items():
-        for value in map(str, values):
-            if not value.isprintable():
-                raise RigError(f"{value!a}: a service cannot be told of a place with such a character in its name")
-        words = [
-            _of_a_unit(value, called=place != "folders") if init is SYSTEMD else shlex.quote(value)
-            for value in map(str, values)
-        ]
-        spelt[place] = " ".join(dict.fromkeys(words))
+        words = dict.fromkeys(_word(init, str(value), called=place != "folders") for value in values)
+        spelt[place] = " ".join(words)
     return re.sub(r"\{(\w+)\}", lambda found: spelt[found[1]], text)  # at once: a place may be called {rig}
+
+
+def _word(init: Init, place: str, *, called: bool) -> str:
+    """A place as the unit or script has it; RigError for one that neither can be told of."""
+    if not place.isprintable():
+        raise RigError(f"{place!a}: a service cannot be told of a place with such a character in its name")
+    return _of_a_unit(place, called=called) if init is SYSTEMD else shlex.quote(place)
 
 
 def _of_a_unit(place: str, *, called: bool) -> str:

@@ -82,7 +82,7 @@ def read_exported(path: Path) -> LogContent | None:
     return _read_csv(path)
 
 
-def table_of(content: LogContent) -> dict[str, Array]:
+def file_columns(content: LogContent) -> dict[str, Array]:
     """All columns in the order of the file."""
     samples = content.samples
     scheduled = samples["scheduled_ns"]
@@ -139,7 +139,7 @@ def _aside(content: LogContent) -> Sidecar:
 
 
 def _write_csv(content: LogContent, part: Path, path: Path) -> list[Path]:
-    table = table_of(content)
+    table = file_columns(content)
     with _text_file(part, path.name) as file:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(table)
@@ -198,7 +198,7 @@ def _said(fault: str, names: list[str]) -> str:
 
 def _write_parquet(content: LogContent, part: Path, path: Path) -> list[Path]:
     arrow, parquet = _pyarrow(path)
-    table, meanings = table_of(content), _meanings(content)
+    table, meanings = file_columns(content), _meanings(content)
     fields = [
         arrow.field(name, arrow.from_numpy_dtype(column.dtype), metadata=_described(*meanings[name]))
         for name, column in table.items()
@@ -226,7 +226,7 @@ def _read_parquet(path: Path) -> LogContent | None:
 def _write_mat(content: LogContent, part: Path, _: Path) -> list[Path]:
     from scipy.io import savemat
 
-    table, known = table_of(content), _meanings(content)
+    table, known = file_columns(content), _meanings(content)
     units = {name: known[name][0] for name in table}
     meanings = {name: known[name][1] for name in table}
     extra = {"units": units, "meanings": meanings, "pamrig": json.dumps(_aside(content).plain())}

@@ -20,7 +20,6 @@ MOST_EFFECTS: Final = 6
 def history_figure(days: Sequence[Day], changes: Sequence[Change]) -> "Figure":
     """Gap and floor over time with the changes as vertical lines; below, each effect that was named, most often
     first."""
-
     names = [effect for day in days for effect in day.sizes]
     effects = sorted(dict.fromkeys(names), key=lambda effect: -names.count(effect))[:MOST_EFFECTS]
     figure = blank_figure(10, 3.2 + 1.8 * len(effects))

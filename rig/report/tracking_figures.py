@@ -22,7 +22,6 @@ def error_deg(record: Record) -> Column:
 
 def tracking_figure(followed: "Sequence[tuple[str, str, Record]]") -> "Figure":
     """A column a reference; (reference, feed-forward, record) with the column reference_deg each."""
-
     names = list(dict.fromkeys(name for name, _, _ in followed))
     figure = blank_figure(_INCHES[0] * len(names), _INCHES[1])
     axes = figure.subplots(3, len(names), sharex="col", squeeze=False)

@@ -1,11 +1,11 @@
 """The files of a diagnosis: the report, the simulator with its causes or fitted again, the sweep that is recommended;
 of a campaign the overview as well."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from rig.app.gap.baselines import EarlierDay
 from rig.app.gap.diagnosis_options import DiagnosisOptions, NamedDay
@@ -33,18 +33,32 @@ class DiagnosedCase:
     grounds: "Grounds"
 
 
+class _AskedFile(NamedTuple):
+    """One of the files that a diagnosis may write."""
+
+    option: str
+    kind: OutputKind
+    path: Path
+    write: "Callable[[Path, DiagnosisOptions, DiagnosedCase], None]"
+
+
+def _asked(options: DiagnosisOptions) -> list[_AskedFile]:
+    """Those that were asked for."""
+    files = (
+        ("--html", OutputKind.PAGE, options.html_to, _write_page),
+        ("--augmented-model", OutputKind.MODEL, options.augmented_to, _write_with_causes),
+        ("--retuned", OutputKind.MODEL, options.retuned_to, _write_fitted_again),
+        ("--next-experiment", OutputKind.SWEEP, options.next_to, _write_next_sweep),
+    )
+    return [_AskedFile(option, kind, path, write) for option, kind, path, write in files if path is not None]
+
+
 def write_files(options: DiagnosisOptions, done: DiagnosedCase) -> None:
     """All files that were asked for; RigError when one cannot be written, after all that can be have been."""
     missing = []
-    for write, path in (
-        (_write_page, options.html_to),
-        (_write_with_causes, options.augmented_to),
-        (_write_fitted_again, options.retuned_to),
-        (_write_next_sweep, options.next_to),
-    ):
+    for asked in _asked(options):
         try:
-            if path is not None:
-                write(place_of(path, done.case.name), options, done)
+            asked.write(place_of(asked.path, done.case.name), options, done)
         except RigError as error:
             missing.append(str(error))
     if missing:
@@ -55,15 +69,10 @@ def check_files_of_days(options: DiagnosisOptions, cases: Sequence[NamedDay]) ->
     """RigError, before the work, when a file of one of several days cannot be written, is another one's, or is one that
     the call reads: a day's name puts it elsewhere than the option says."""
     outputs = [
-        (f"{option} ({case.name})", kind, place_of(path, case.name))
-        for option, kind, path in (
-            ("--html", OutputKind.PAGE, options.html_to),
-            ("--augmented-model", OutputKind.MODEL, options.augmented_to),
-            ("--retuned", OutputKind.MODEL, options.retuned_to),
-            ("--next-experiment", OutputKind.SWEEP, options.next_to),
-        )
+        (f"{asked.option} ({case.name})", asked.kind, place_of(asked.path, case.name))
+        for asked in _asked(options)
         for case in cases
-        if path is not None and case.name is not None
+        if case.name is not None
     ]
     for _, kind, place in outputs:
         check_place(place, kind)

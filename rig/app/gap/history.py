@@ -97,16 +97,9 @@ def _begun(cases: Sequence[NamedDay]) -> dict[str, float]:
     dated = list(named_s.values())
     begun_s: dict[str, float | None] = {}
     for case in cases:
-        name = str(case.name)
-        at = named_s[name]
-        if at is None:
-            begun_s[name] = _by_records(case)
-        elif dated.count(at) > 1:
-            recorded = _by_records(case)
-            of_that_day = recorded is not None and -_ZONES_S <= recorded - at < _DAY_S + _ZONES_S
-            begun_s[name] = recorded if of_that_day else at
-        else:
-            begun_s[name] = at
+        name, at = str(case.name), named_s[str(case.name)]
+        sure = at is not None and dated.count(at) == 1
+        begun_s[name] = at if sure else _within_date(at, _by_records(case))
     unknown = [name for name, at in begun_s.items() if at is None]
     if len(unknown) == sum(at != _UNREADABLE for at in begun_s.values()):
         return {name: number * _DAY_S for number, name in enumerate(begun_s)}
@@ -117,6 +110,13 @@ def _begun(cases: Sequence[NamedDay]) -> dict[str, float]:
             f"date into the name, as {unknown[0]}_2026-03-09"
         )
     return {name: at for name, at in begun_s.items() if at is not None}
+
+
+def _within_date(at: float | None, recorded: float | None) -> float | None:
+    """When a day was recorded, where its folder has no date, or its records are of that date; else the date."""
+    if at is None or (recorded is not None and -_ZONES_S <= recorded - at < _DAY_S + _ZONES_S):
+        return recorded
+    return at
 
 
 def _by_name(name: str) -> float | None:

@@ -65,7 +65,7 @@ def carry_out(rig: RigConfig, runs: Sequence[Planned], options: RunOptions) -> R
     prepare_folder(options.out, [f"{planned.name}.mcap" for planned in runs])
     outcome = RunOutcome([], len(runs), channels=rig.channels)
     operator = _Operator()
-    with own_signals(operator.codes):
+    with own_signals(operator.signalled):
         session = Session(
             loop_process,
             rig,
@@ -202,7 +202,7 @@ class _Operator:
         if self.asked_to_stop:
             raise _GivenUp
 
-    def codes(self, number: int, _: object) -> None:
+    def signalled(self, number: int, _: object) -> None:
         again, self.asked_to_stop = self.asked_to_stop, True
         self.presses += number != signal.SIGHUP
         if self._session is not None:
@@ -252,10 +252,7 @@ def _stop_without_a_file(session: Session, outcome: RunOutcome) -> None:
 def _recorder_is_lost(session: Session, operator: _Operator) -> bool:
     """Whether the recorder has ended and should not have. When the operator stops a run by a signal, that may reach all
     its processes; a recorder that ended so has finished its file."""
-    codes = (
-        0,
-        -signal.SIGTERM,
-    )  # by a second one it ends on the spot, when its file is finished and it hears no more
+    codes = (0, -signal.SIGTERM)  # by a second one it ends on the spot, its file finished, and hears no more
     asked = operator.asked_to_stop and session.recorder is not None and session.recorder.exitcode in codes
     return not session.recorder_alive and not asked
 

@@ -12,6 +12,7 @@ from typing import Final
 
 import numpy as np
 
+from rig.columns import usual_step
 from rig.gap.records.dropouts import Dropouts, Rows, without_dropouts
 from rig.gap.records.settings import FAR_OUT, MOST_OUTLIERS, OUTLIER_ROWS, RETURNS, SPREAD_QUANTILE
 from rig.number_text import counted
@@ -87,13 +88,7 @@ def _excursions(values: Column, width: int) -> Rows:
     usual = float(np.quantile(sizes, SPREAD_QUANTILE))
     if reach <= usual:
         return rows
-    stands = (depth > FAR_OUT * max(usual, _step(values))) & (np.abs(after - before) < RETURNS * depth)
+    stands = (depth > FAR_OUT * max(usual, usual_step(values))) & (np.abs(after - before) < RETURNS * depth)
     for at in np.flatnonzero(stands):
         rows[at + 1 : at + 1 + width] = True
     return rows
-
-
-def _step(values: Column) -> float:
-    """The usual step between the different values (n,) of a column: a coarse converter's."""
-    steps = np.diff(np.unique(values))
-    return float(np.median(steps)) if len(steps) else 0.0

@@ -1,12 +1,11 @@
 """Whether records count the angle from where the joint rested before each of them, where nobody says so."""
 
-import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
-from rig.columns import white_noise
+from rig.columns import usual_step, white_noise
 from rig.gap.records.settings import FIRST_ROWS, TELLS_A_START
 from rig.record import ZERO_FACT, Column, Record
 
@@ -27,37 +26,34 @@ def count_from_rest(records: Sequence[Record]) -> bool:
     """
     if any(ZERO_FACT in record.facts or not record.channels.has_valves for record in records):
         return False
-    starts = [_start(record.angle_deg) for record in records if record.angle_deg is not None]
-    if len(starts) < len(records) or not all(start.is_zero for start in starts):
-        return False
-    mean_deg, code_deg = (float(np.mean(part)) for part in list(zip(*starts, strict=True))[:2])
-    tells = code_deg <= TELLS_A_START * max(start.moves_deg for start in starts)
-    return tells and abs(mean_deg) <= 0.5 * code_deg
+    starts = list[_Start]()
+    for record in records:  # most rigs are done at the first
+        start = None if record.angle_deg is None else _start_at_zero(record.angle_deg)
+        if start is None:
+            return False
+        starts.append(start)
+    off_deg, code_deg, moves_deg = np.array(starts).T
+    code = float(np.mean(code_deg))
+    return bool(code <= TELLS_A_START * np.max(moves_deg) and abs(np.mean(off_deg)) <= 0.5 * code)
 
 
 class _Start(NamedTuple):
     """Where a record begins, and what is seen of it; deg."""
 
-    deg: float
+    off_deg: float
     code_deg: float
     """Step of the encoder."""
-    noise_deg: float
-    """Standard deviation of the white noise of one row."""
     moves_deg: float
     """From the record's lowest angle to its highest."""
 
-    @property
-    def is_zero(self) -> bool:
-        """As nearly as one record of an encoder shows it."""
-        return abs(self.deg) <= self.code_deg and self.noise_deg <= self.code_deg
 
-
-def _start(angle: Column) -> _Start:
-    """Of a column (n,), deg; holes left out. A column without rows begins nowhere: not at zero."""
+def _start_at_zero(angle: Column) -> _Start | None:
+    """Of a column (n,), deg, holes left out, whose codes are wider than its noise and which begins within one of them
+    of zero; None for any other."""
     known = angle[np.isfinite(angle)]
     if len(known) < FIRST_ROWS:
-        return _Start(math.inf, 0.0, 0.0, 0.0)
-    steps = np.diff(np.unique(known))
-    code = float(np.median(steps)) if len(steps) else 0.0
-    noise = float(np.nan_to_num(white_noise([known])))
-    return _Start(float(np.median(known[:FIRST_ROWS])), code, noise, float(np.ptp(known)))
+        return None
+    off, code = float(np.median(known[:FIRST_ROWS])), usual_step(known)
+    if abs(off) > code or np.nan_to_num(white_noise([known])) > code:
+        return None
+    return _Start(off, code, float(np.ptp(known)))

@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from rig.columns import vertex_offset
 from rig.gap.likelihood.lines import Lines, lines_of
 from rig.gap.records.periods import period_rows
 from rig.gap.reference.expectation import Parts
@@ -157,7 +158,4 @@ def _returned(command: Column, near: int) -> float:
     lags = range(max(near - REACH, 1), min(near + REACH, len(command) - 2) + 1)
     off = [float(np.mean((command[lag:] - command[:-lag]) ** 2)) for lag in lags]
     best = int(np.argmin(off))
-    if not 0 < best < len(off) - 1:
-        return float(lags[best])
-    low, here, high = off[best - 1 : best + 2]
-    return lags[best] + 0.5 * (low - high) / max(low - 2.0 * here + high, 1e-30)
+    return lags[best] + vertex_offset(np.array(off), best)

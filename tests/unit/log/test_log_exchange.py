@@ -97,14 +97,14 @@ def test_of_two_exports_at_once_the_later_takes_nothing_from_the_other(
     tmp_path: Path, kind: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """It was refused, and took the facts of the first with it: the table stayed alone, under "a.csv: 50 rows"."""
-    content, place, table = made_content(50), tmp_path / f"a{SUFFIXES[kind]}", exchange.table_of
+    content, place, table = made_content(50), tmp_path / f"a{SUFFIXES[kind]}", exchange.file_columns
 
     def meanwhile(of: LogContent) -> dict[str, Array]:
-        monkeypatch.setattr(exchange, "table_of", table)
+        monkeypatch.setattr(exchange, "file_columns", table)
         export(content, place, kind)
         return table(of)
 
-    monkeypatch.setattr(exchange, "table_of", meanwhile)
+    monkeypatch.setattr(exchange, "file_columns", meanwhile)
     with pytest.raises(RigError, match="exists already"):
         export(made_content(60), place, kind)
     found = read_exported(place)
