@@ -24,7 +24,7 @@ from rig.columns import rms, white_noise
 from rig.conditions import commanded_rest
 from rig.errors import RecordError
 from rig.gap.hypotheses.library import LIBRARY
-from rig.gap.records.usable import reasons, usable
+from rig.gap.records.usable import reasons, usable_of
 from rig.model.resample import is_regular
 from rig.record import MAIN_COLUMNS, Column, Record
 
@@ -170,8 +170,8 @@ def _sessions(folder: Path) -> tuple[RecordedDay, ...]:
 
 
 def _day(place: Path, records: Sequence[Record]) -> RecordedDay:
-    notes: list[str] = []
-    fit = [_even(record) for record in records if usable(record, notes)]
+    used, notes = usable_of(records)
+    fit = [_even(record) for record in used]
     if not fit:
         raise RecordError(f"{place}: {reasons(notes)}")
     if len(fit) >= KEPT:

@@ -26,7 +26,7 @@ from rig.gap.plan.design import Design, DetectionPower, appraise, design
 from rig.gap.plan.planned_records import expect_planned, within
 from rig.gap.plan.raw_ability import raw_abilities
 from rig.gap.priors import fitted
-from rig.gap.records.usable import reasons, usable
+from rig.gap.records.usable import reasons, usability
 from rig.gap.reference.kinds import ReferenceKind
 from rig.gap.settings import FALSE_ALARM_RATE
 from rig.own_units import factor, own_plain
@@ -72,9 +72,9 @@ def capability_of(asked: Asked, sweeps: Sequence[Path], earlier: EarlierDays | N
 
 def _usable(described: DescribedRig, plans: Sequence[RunPlan]) -> tuple[list[RunPlan], list[str]]:
     """The plans whose records a diagnosis would use, and why not the others. RecordError where it would use none."""
-    notes: list[str] = []
-    pairs = expect_planned(described.rig, plans).pairs
-    kept = [plan for plan, pair in zip(plans, pairs, strict=True) if usable(pair.raw, notes)]
+    judged = [usability(pair.raw) for pair in expect_planned(described.rig, plans).pairs]
+    kept = [plan for plan, one in zip(plans, judged, strict=True) if one.usable]
+    notes = [one.note for one in judged if one.note]
     if not kept:
         raise RecordError(reasons(notes))
     return kept, notes

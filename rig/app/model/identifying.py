@@ -11,7 +11,7 @@ from rig.app.shipped import find_config
 from rig.channels import common
 from rig.errors import ConfigError, RecordError
 from rig.fields import bounded
-from rig.gap.records.outliers import fall_notes, without_falls
+from rig.gap.records.cleaning.outliers import fall_notes, without_falls
 from rig.identify.fit import Identified, Report, SearchSettings, identify
 from rig.identify.records.data import RecordOptions, best_input, check_length, cut
 from rig.identify.records.rest import at_own_rest, far_from_all, require_rest
@@ -113,9 +113,8 @@ def identify_model(
 def _without_falls(records: Sequence[Record]) -> tuple[list[Record], list[str]]:
     """The records as a diagnosis reads an earlier day's, without what no joint did: samples that fell to a rail, and
     pulses; and what was left out, in words."""
-    notes: list[str] = []
-    whole, dropouts = without_falls(records, notes)
-    return whole, [*fall_notes(whole, dropouts), *notes]
+    cleaned = without_falls(records)
+    return cleaned.records, [*fall_notes(cleaned), *cleaned.notes]
 
 
 def start_model(start: StartOptions, records: list[Record], options: RecordOptions) -> tuple[Model, list[str]]:

@@ -7,7 +7,7 @@ import numpy as np
 from rig.gap.raw_tests.settings import BASELINE_FALLS, DROPOUT_CHANCE
 from rig.gap.raw_tests.signature import Signature, Size, on_days
 from rig.gap.raw_tests.statistics import about, wilson
-from rig.gap.records.dropouts import Dropouts
+from rig.gap.records.cleaning.dropouts import Dropouts
 from rig.gap.records.pairs import Pair
 
 ANGLE = "angle_deg"

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from rig.gap.raw_tests.settings import GOES_WITH_LOST
-from rig.gap.records.dropouts import Rows
+from rig.gap.records.cleaning.dropouts import Rows
 from rig.record import Column, Record
 
 

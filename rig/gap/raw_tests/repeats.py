@@ -35,7 +35,7 @@ from rig.gap.raw_tests.settings import (
 )
 from rig.gap.raw_tests.signature import Signature, on_days
 from rig.gap.raw_tests.statistics import about, by_chance
-from rig.gap.records.dropouts import Rows
+from rig.gap.records.cleaning.dropouts import Rows
 from rig.record import Column, Record
 from rig.smoothing import smoothed
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from rig.columns import vertex_offset
-from rig.gap.records.dropouts import Rows
+from rig.gap.records.cleaning.dropouts import Rows
 from rig.gap.records.periods import period_rows
 from rig.gap.records.settings import (
     ALIGN_STEP_S,

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from rig.conditions import taken_rest
 from rig.excite.setpoints import around
 from rig.gap.records.alignment import on_clock_of
-from rig.gap.records.dropouts import Dropouts, Rows
+from rig.gap.records.cleaning.dropouts import Dropouts, Rows
 from rig.gap.records.holes import bridged, unsettled, with_rows
 from rig.gap.records.own_input import at_input, differs
 from rig.gap.records.partners import Partner

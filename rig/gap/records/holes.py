@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from rig.gap.records.alignment import covered
-from rig.gap.records.dropouts import Rows
+from rig.gap.records.cleaning.dropouts import Rows
 from rig.gap.records.settings import LONGEST_BRIDGE_S, LONGEST_GAP_S, SETTLED, WIPED_OUT
 from rig.record import Column, Record
 

@@ -5,22 +5,21 @@ No effect and no verdict is known here.
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import NamedTuple
 
 import numpy as np
 
 from rig.errors import RecordError
 from rig.gap.records.alignment import align
+from rig.gap.records.cleaning.dropouts import Dropouts
+from rig.gap.records.clipped import clipped_notes
 from rig.gap.records.conditions import difference
-from rig.gap.records.dropouts import Dropouts
+from rig.gap.records.days import usable_baselines, usable_day
 from rig.gap.records.grid import Pair, RunColumns, pair_on_grid
-from rig.gap.records.outliers import IN_WORDS, without_falls
 from rig.gap.records.own_zero import OWN_ZERO_NOTE, count_from_rest
 from rig.gap.records.partners import Match, Partner, find_partner, named_session, require_partners
+from rig.gap.records.reach import check_direction, check_scale, runs_against
 from rig.gap.records.rest import at_rests, rest_pressure, shifted
-from rig.gap.records.settings import CLIPPED, CLIPPED_OVER_NEXT
-from rig.gap.records.stuck_monitors import without_stuck_monitors
-from rig.gap.records.usable import check_direction, check_scale, early, hole, reasons, runs_against, usable
+from rig.gap.records.usable import hole, reasons
 from rig.identify.records.causality import before_pressures, subject_of
 from rig.identify.records.monitors import broken_monitor
 from rig.log.session_times import are_numbered, begun_s
@@ -53,7 +52,7 @@ class Pairing:
     strange: tuple[str, ...] = ()
     """The note that the model does not follow the earlier days at all: another rig's?"""
     stuck: tuple[str, ...] = ()
-    """Which monitors stood still for a while, see `rig.gap.records.stuck_monitors`."""
+    """Which monitors stood still for a while, see `rig.gap.records.cleaning.stuck_monitors`."""
 
     @property
     def doubts(self) -> tuple[str, ...]:
@@ -77,6 +76,17 @@ class _Beside:
         return [partner.record for partner in self.partners]
 
 
+@dataclass(frozen=True)
+class _Matched:
+    """The records that have partners, the names of those that have none, the whole table of what pairs with what, and
+    notes on it."""
+
+    kept: list[_Beside]
+    unpaired: list[str]
+    matches: list[Match]
+    notes: list[str]
+
+
 def pair_up(
     records: Sequence[Record], baselines: Sequence[Sequence[Record]], p0_mpa: float, *, pressures: bool = True
 ) -> Pairing:
@@ -86,54 +96,47 @@ def pair_up(
     Raises RecordError when no record can be used, or when sessions were given and pair with nothing. Without any
     baseline the pairs have no sessions.
     """
-    notes: list[str] = []
-    moving, stuck = without_stuck_monitors(records)
-    cleaned, dropouts = without_falls(moving, notes)
-    fallen = _by_record(cleaned, dropouts)
-    able = _usable(cleaned, notes)
-    if not able:
-        raise RecordError(reasons(notes))
-    sessions = _sessions(baselines, able, notes, fallen)
-    notes.extend(_repeated_sweeps(able[0], sessions))
-    kept, unpaired, matches = _matched(able, sessions, notes)
-    notes.extend(_holes(kept))
+    today = usable_day(records)
+    if not today.records:
+        raise RecordError(reasons(today.notes))
+    earlier = usable_baselines(baselines, today.records)
+    matched = _matched(today.records, earlier.by_number)
+    kept = matched.kept
+    hole_notes = list(_holes(kept))
     case, days = [one.record for one in kept], [other for one in kept for other in one.others]
-    p0 = rest_pressure(case, p0_mpa, beside_days=bool(sessions))
+    p0 = rest_pressure(case, p0_mpa, beside_days=bool(earlier.by_number))
     placed, rest_notes = at_rests(case, [one.others for one in kept], p0_mpa)
     elsewhere = shifted(placed, days, p0_mpa)
-    notes.extend([*rest_notes, *elsewhere])
-    pressures_used = pressures and _all_have_pressures(case, days, notes)
-    pairs, short = _on_grids(kept, placed, p0, pressures_used, fallen)
-    notes.extend([*short, *_other_inputs(pairs)])
+    all_have_pressures, pressure_notes = _all_have_pressures(case, days) if pressures else (False, [])
+    pairs, grid_notes = _on_grids(kept, placed, p0, all_have_pressures, today.fallen | earlier.fallen)
     _check_directions(pairs)
-    clipped = tuple(_clipped(pairs))
-    notes.extend(clipped)
+    clipped = tuple(clipped_notes(pairs))
+    notes = (
+        *today.notes, *earlier.notes, *_repeated_sweeps(today.records[0], earlier.by_number), *matched.notes,
+        *hole_notes, *rest_notes, *elsewhere, *pressure_notes, *grid_notes, *_other_inputs(pairs), *clipped,
+    )  # fmt: skip
     return Pairing(
         pairs,
-        pressures=pressures_used,
+        pressures=all_have_pressures,
         day_count=len(pairs[0].days),
         p0_mpa=p0,
-        notes=tuple(notes),
-        unpaired=unpaired,
+        notes=notes,
+        unpaired=matched.unpaired,
         clipped=clipped,
-        matches=matches,
+        matches=matched.matches,
         elsewhere=elsewhere,
         numbered=are_numbered(case),
-        stuck=tuple(stuck),
+        stuck=tuple(today.stuck),
     )
 
 
-def _matched(
-    records: Sequence[Record], sessions: Mapping[int, list[Record]], notes: list[str]
-) -> tuple[list[_Beside], Sequence[str], list[Match]]:
-    """The records with their partners, which records have none, and the whole table of what pairs with what.
-    RecordError where sessions pair with nothing."""
+def _matched(records: Sequence[Record], sessions: Mapping[int, list[Record]]) -> _Matched:
+    """The records with their partners of each session. RecordError where sessions pair with nothing."""
     found = [[find_partner(record, session, k) for k, session in sessions.items()] for record in records]
     matches = [match for each in found for _, match in each]
     require_partners(matches, len(sessions))
-    notes.extend(_unpaired_sessions(matches))
-    kept, unpaired = _with_all_sessions(records, [[one for one, _ in each] for each in found], matches, notes)
-    return kept, unpaired, matches
+    kept, unpaired, notes = _with_all_sessions(records, [[one for one, _ in each] for each in found], matches)
+    return _Matched(kept, unpaired, matches, [*_unpaired_sessions(matches), *notes])
 
 
 def _holes(kept: Sequence[_Beside]) -> Iterator[str]:
@@ -175,61 +178,6 @@ def _check_directions(pairs: Sequence[Pair]) -> None:
         check_direction(cases, days[k], whose)
 
 
-def _by_record(records: Sequence[Record], dropouts: Sequence[tuple[Dropouts, ...]]) -> dict[int, tuple[Dropouts, ...]]:
-    """What fell in each record, by its identity."""
-    return {id(record): mine for record, mine in zip(records, dropouts, strict=True)}
-
-
-def _usable(records: Sequence[Record], notes: list[str], kind: str = "") -> list[Record]:
-    """The records of one day that anything can be learnt from; none where together they put the effect before its
-    cause."""
-    if said := early(records):
-        notes.append(f"{kind}{said}")
-        return []
-    return [record for record in records if usable(record, notes, kind)]
-
-
-def _sessions(
-    baselines: Sequence[Sequence[Record]],
-    case: Sequence[Record],
-    notes: list[str],
-    fallen: dict[int, tuple[Dropouts, ...]],
-) -> dict[int, list[Record]]:
-    """The baseline sessions that can be used, by their numbers; what fell in their records goes into `fallen`.
-    RecordError when some were given and none can be used."""
-    sessions: list[list[Record]] = []
-    for session in baselines:
-        moving, stuck = without_stuck_monitors(session)
-        notes.extend(f"{named_session(len(sessions) + 1, session[0])}: {line}" for line in stuck)
-        cleaned, dropouts = without_falls(moving, notes, "baseline ")
-        fallen |= _by_record(cleaned, dropouts)
-        sessions.append(_usable(cleaned, notes, "baseline "))
-    kept = _distinct(sessions, case, notes)
-    if baselines and not kept:
-        raise RecordError(f"no baseline session can be used: {reasons(notes)}")
-    return kept
-
-
-def _distinct(sessions: list[list[Record]], case: Sequence[Record], notes: list[str]) -> dict[int, list[Record]]:
-    """Each day once, by its number from 1, and none that is the case itself: a copy would make the floor too low."""
-
-    def contents(records: Sequence[Record]) -> set[bytes]:
-        return {np.asarray(record.angle_deg).tobytes() for record in records}
-
-    seen = contents(case)
-    kept = {}
-    for number, session in enumerate(sessions, 1):
-        mine = contents(session)
-        if mine & seen:
-            said = named_session(number, session[0])
-            notes.append(f"{said} repeats records of the case or of another session; left out")
-        if not mine or mine & seen:
-            continue
-        seen |= mine
-        kept[number] = session
-    return kept
-
-
 def _repeated_sweeps(record: Record, sessions: Mapping[int, Sequence[Record]]) -> Iterator[str]:
     """A note for each session that holds the sweep of this record more than once: two days in one folder would count
     as one."""
@@ -244,21 +192,21 @@ def _repeated_sweeps(record: Record, sessions: Mapping[int, Sequence[Record]]) -
 
 
 def _with_all_sessions(
-    records: Sequence[Record], found: Sequence[Sequence[Partner | None]], matches: Sequence[Match], notes: list[str]
-) -> tuple[list[_Beside], list[str]]:
-    """The records that have a partner in every session, and the names of the others, which are left out. `found`: the
-    partners of each record, session by session. Sessions that pair with no record do not count. Where no record has a
-    partner in all of them, each keeps its first partner: together these stand for one earlier day."""
+    records: Sequence[Record], found: Sequence[Sequence[Partner | None]], matches: Sequence[Match]
+) -> tuple[list[_Beside], list[str], list[str]]:
+    """The records that have a partner in every session, the names of the others, which are left out, and notes on it.
+    `found`: the partners of each record, session by session. Sessions that pair with no record do not count. Where no
+    record has a partner in all of them, each keeps its first partner: together these stand for one earlier day."""
     pairing = [any(partner is not None for partner in session) for session in zip(*found, strict=True)]
     if not any(pairing):
-        return [_Beside(record, ()) for record in records], []
+        return [_Beside(record, ()) for record in records], [], []
     sessions = sum(pairing)
     known = [tuple(partner for partner in each if partner is not None) for each in found]
     together = any(len(partners) == sessions for partners in known)
     least = sessions if together else 1
     unpaired = [record.name for record, partners in zip(records, known, strict=True) if len(partners) < least]
     why = {match.record: match.why for match in matches if match.partner is None}
-    notes.extend(f"{name}: no baseline of this sweep ({why.get(name, '')}); left out" for name in unpaired)
+    notes = [f"{name}: no baseline of this sweep ({why.get(name, '')}); left out" for name in unpaired]
     if not together:
         notes.append("the baseline sessions hold different sweeps: together they count as one earlier day")
     kept = [
@@ -266,7 +214,7 @@ def _with_all_sessions(
         for record, partners in zip(records, known, strict=True)
         if len(partners) >= least
     ]
-    return kept, unpaired
+    return kept, unpaired, notes
 
 
 def _unpaired_sessions(matches: Sequence[Match]) -> Iterator[str]:
@@ -278,29 +226,24 @@ def _unpaired_sessions(matches: Sequence[Match]) -> Iterator[str]:
             yield f"baseline session {number} pairs with no record; nearest: {nearest.record}: {nearest.why}"
 
 
-def _all_have_pressures(records: Sequence[Record], days: Sequence[Record], notes: list[str]) -> bool:
-    """Whether the pressures can be used: case and baselines have both, and every monitor measures something. A note
-    says why not, unless nobody measured any."""
-    silent = next((f"{record.name}: {said}" for record in records if (said := broken_monitor(record))), None)
+def _all_have_pressures(records: Sequence[Record], days: Sequence[Record]) -> tuple[bool, list[str]]:
+    """Whether the pressures can be used: case and baselines have both, and every monitor measures something; and a note
+    on why not, none where nobody measured any."""
+    silent = next((f"{record.name}: {why}" for record in records if (why := broken_monitor(record))), None)
     if silent and all(record.has_pressures for record in records):
-        notes.append(f"{silent}; broken wire? the angle alone is used")
-        return False
+        return False, [f"{silent}; broken wire? the angle alone is used"]
     if late := before_pressures(records):
-        notes.append(
-            f"{subject_of(records)}: {late}: monitors that are slow, or of another clock? the angle alone is used"
-        )
-        return False
+        why = f"{late}: monitors that are slow, or of another clock? the angle alone is used"
+        return False, [f"{subject_of(records)}: {why}"]
     without = ((record, where) for where, some in (("the case", records), ("the baselines", days)) for record in some)
     lacking, where = next(((record, where) for record, where in without if not record.has_pressures), (None, ""))
     if lacking is None:
-        return True
+        return True, []
+    if all(record.p1_mpa is None and record.p2_mpa is None for record in (*records, *days)):
+        return False, []
     missing = lacking.unmeasured
-    if any(record.p1_mpa is not None or record.p2_mpa is not None for record in (*records, *days)):
-        notes.append(
-            f"{' and '.join(missing)} {'was' if len(missing) == 1 else 'were'} not measured in {where} "
-            f"({lacking.name}): the angle alone is used"
-        )
-    return False
+    was = "was" if len(missing) == 1 else "were"
+    return False, [f"{' and '.join(missing)} {was} not measured in {where} ({lacking.name}): the angle alone is used"]
 
 
 def _other_inputs(pairs: Sequence[Pair]) -> list[str]:
@@ -311,49 +254,3 @@ def _other_inputs(pairs: Sequence[Pair]) -> list[str]:
         return [f"{names[0]}: its input is not exactly the baselines'; they are taken at its own"]
     of_all = f"{len(names)} of {counted(len(pairs), 'record')}"
     return [f"{of_all}: their input is not exactly the baselines'; those are taken at it"] if names else []
-
-
-def _clipped(pairs: Sequence[Pair]) -> Iterator[str]:
-    """A note for each sensor that repeats its end value while the command moves on, and did not so on the earlier days:
-    a joint that rests at an end of its sweep rested there then as well."""
-    for pair in pairs:
-        for name, (what, unit) in IN_WORDS.items():
-            for word, stay in _stays(pair.raw, name).items():
-                days = [_stays(day, name, stay.step) for day in pair.raw_days]
-                before = min((day[word].share if word in day else 0.0 for day in days), default=0.0)
-                if stay.share > max(CLIPPED + before, CLIPPED_OVER_NEXT * stay.beside):
-                    yield (
-                        f"{pair.name}: {what} stays at its {word} end, where it reads {stay.end:.4g} {unit}, for "
-                        f"{100 * stay.share:.0f} % of the time: clipped?"
-                    )
-
-
-class _Stay(NamedTuple):
-    """The end of a column, how far the value beside it is, and for which share of the time it stays at either."""
-
-    end: float
-    step: float
-    share: float
-    beside: float
-
-
-def _stays(record: Record, name: str, within: float = 0.0) -> dict[str, _Stay]:
-    """For how long a column of the record is at its upper and its lower end, or `within` so much of it, while it should
-    move; empty where it has none, or one value. A sine on a coarse converter's steps is at its end 2.4 times as long as
-    beside it."""
-    column = getattr(record, name)
-    if column is None:
-        return {}
-    known = np.isfinite(column)
-    column, moves = column[known], (np.gradient(record.dp_cmd_mpa) != 0.0)[known]
-    values = np.unique(column)
-    if len(values) < 2:
-        return {}
-    ends = {"upper": (values[-1], values[-2]), "lower": (values[0], values[1])}
-    return {
-        word: _Stay(
-            float(end), abs(float(end - beside)),
-            *(float(np.mean(moves & (np.abs(column - value) <= within))) for value in (end, beside)),
-        )
-        for word, (end, beside) in ends.items()
-    }  # fmt: skip

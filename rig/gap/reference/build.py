@@ -15,7 +15,7 @@ import numpy as np
 
 from rig.errors import ModelError
 from rig.gap.records.pairs import Pair, Pairing
-from rig.gap.records.usable import check_direction
+from rig.gap.records.reach import check_direction
 from rig.gap.reference.expectation import driving
 from rig.gap.reference.expected import SISTER, UNCORRECTED, Expected
 from rig.gap.reference.gaps import rms_of

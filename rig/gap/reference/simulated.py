@@ -9,7 +9,7 @@ from rig.columns import rms
 from rig.conditions import taken_rest
 from rig.errors import RigError
 from rig.gap.records.pairs import Pair, Pairing
-from rig.gap.records.usable import beyond_reach, check_reach, farther, is_held
+from rig.gap.records.reach import beyond_reach, check_reach, is_held, pressure_reach_ratio
 from rig.identify.records.rest import SHIFTED_MPA
 from rig.model.parameters import Input, Model
 from rig.model.simulation import read_at_rest, simulate
@@ -67,7 +67,7 @@ def followed(pairs: Sequence[Pair], simulated: Sequence[Modelled]) -> list[str]:
     farthest_deg = max(float(np.ptp(pair.case.angle_deg)) for pair in pairs)
     given = [_can_be_given(pair) for pair in pairs]
     ratios = [
-        farther(one[:2], (pair.case.p1_mpa, pair.case.p2_mpa)) if known else 1.0
+        pressure_reach_ratio(one[:2], (pair.case.p1_mpa, pair.case.p2_mpa)) if known else 1.0
         for pair, one, known in zip(pairs, simulated, given, strict=True)
     ]
     if all(given) and is_held([one[2] for one in simulated], [pair.case.angle_deg for pair in pairs]):

@@ -17,7 +17,7 @@ from rig.gap.diagnosis import diagnose_with_grounds
 from rig.gap.history.trends import day_of
 from rig.gap.hypotheses.library import LIBRARY
 from rig.gap.possible_effects import VALVES, possible
-from rig.gap.records.dropouts import without_dropouts
+from rig.gap.records.cleaning.dropouts import without_dropouts
 from rig.identify.fit import Identified
 from rig.identify.records.data import RecordOptions
 from rig.identify.validate import validate

@@ -12,7 +12,8 @@ from rig.errors import ModelError
 from rig.gap import diagnose
 from rig.gap.answer.result import Diagnosis
 from rig.gap.answer.words.sentences import headline
-from rig.gap.records.usable import check_reach, is_held, usable
+from rig.gap.records.reach import check_reach, is_held
+from rig.gap.records.usable import usability
 from rig.model.parameters import AddedEffect
 from rig.record import Record
 
@@ -124,9 +125,10 @@ def test_a_model_that_leaves_its_range_in_one_record_holds_no_joint() -> None:
 
 
 def test_a_day_on_which_nothing_moved_is_no_healthy_one() -> None:
-    notes: list[str] = []
     (record, *_) = without_air(session(61))
-    assert usable(record, notes)
-    assert not usable(record, notes, "baseline ")
-    assert "is there air" in notes[0]
-    assert "broken sensor or loose joint" in notes[1]
+    now, earlier = usability(record), usability(record, "baseline ")
+    assert now.usable
+    assert "is there air" in now.note
+    assert not earlier.usable
+    assert earlier.note.startswith(f"baseline {record.name}: ")
+    assert "broken sensor or loose joint" in earlier.note

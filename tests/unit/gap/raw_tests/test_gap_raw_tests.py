@@ -24,7 +24,7 @@ from rig.gap.raw_tests.settings import COARSER, HIGHEST_CONFIDENCE, SLOPE_ROWS, 
 from rig.gap.raw_tests.signature import Signature
 from rig.gap.raw_tests.spectral_lines import fast_spectra, mains_line
 from rig.gap.raw_tests.statistics import by_chance, student_above, wilson
-from rig.gap.records.dropouts import without_dropouts
+from rig.gap.records.cleaning.dropouts import without_dropouts
 from rig.gap.records.pairs import pair_up
 from rig.record import Column, Record
 from rig.smoothing import smoothed

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from rig.gap.records.usable import usable
+from rig.gap.records.usable import usability
 from rig.record import Record
 
 
@@ -23,7 +23,8 @@ def late(hertz: float, late_s: float) -> Record:
 @pytest.mark.parametrize("late_s", [0.0, 0.007, 0.02, 0.033, 0.041, 0.055, 0.069])
 @pytest.mark.parametrize("hertz", [0.5, 1.5, 2.5, 4.0, 6.0])
 def test_what_is_late_is_used_and_what_is_swapped_is_not(hertz: float, late_s: float) -> None:
-    record, notes = late(hertz, late_s), list[str]()
-    assert usable(record, notes), notes
-    assert not usable(replace(record, p1_mpa=record.p2_mpa, p2_mpa=record.p1_mpa), notes)
-    assert "swapped" in notes[0]
+    record = late(hertz, late_s)
+    assert usability(record) == (True, "")
+    swapped = usability(replace(record, p1_mpa=record.p2_mpa, p2_mpa=record.p1_mpa))
+    assert not swapped.usable
+    assert "swapped" in swapped.note

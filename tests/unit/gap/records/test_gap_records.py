@@ -11,14 +11,15 @@ from hypothesis import strategies as st
 from rig.conditions import MEASURED_REST
 from rig.errors import ModelError, RecordError
 from rig.gap.records.alignment import align
+from rig.gap.records.cleaning.dropouts import Rows
 from rig.gap.records.conditions import difference
-from rig.gap.records.dropouts import Rows
 from rig.gap.records.holes import bridged
 from rig.gap.records.pairs import pair_up
 from rig.gap.records.partners import find_partner
 from rig.gap.records.periods import period_rows, whole_periods
+from rig.gap.records.reach import beyond_reach, check_direction, check_reach, check_scale, pressure_reach_ratio
 from rig.gap.records.settings import ANGLE_AGAINST, FARTHEST, MOST_SHIFT_S, SAME_COMMAND
-from rig.gap.records.usable import beyond_reach, check_direction, check_reach, check_scale, farther, usable
+from rig.gap.records.usable import usability
 from rig.record import MEASURED_COLUMNS, Column, Record
 
 T = np.arange(0.0, 10.0, 0.005)
@@ -164,14 +165,24 @@ def test_periodic_records_are_cut_to_whole_periods(seconds: float, whole: float)
     assert whole_periods(command) == pytest.approx(100 * whole, abs=2)
 
 
+def test_days_that_cannot_be_used_are_refused_by_their_own_reasons() -> None:
+    """The case's notes stood among them, before they were cut to three."""
+    with_a_pulse = 10.0 * np.sin(2 * np.pi * 0.5 * T)
+    with_a_pulse[700] = -172.5
+    case = [replace(record(f"case_{k}"), angle_deg=with_a_pulse) for k in range(4)]
+    with pytest.raises(RecordError) as refused:
+        pair_up(case, [[record().rows(T < 1.5)]], 0.2)
+    assert str(refused.value).startswith("no baseline session can be used: baseline sine: too short")
+
+
 def test_a_chirp_has_no_period() -> None:
     assert period_rows(chirp().dp_cmd_mpa) is None
 
 
 def test_a_short_record_is_told_with_its_duration() -> None:
-    notes: list[str] = []
-    assert not usable(record().rows(T < 1.5), notes)
-    assert "300 rows in 1.495 s; needed: at least 50 rows and 2 s" in notes[0]
+    used, note = usability(record().rows(T < 1.5))
+    assert not used
+    assert "300 rows in 1.495 s; needed: at least 50 rows and 2 s" in note
 
 
 HELD = np.where(T % 2.0 < 0.5, 0.05, 0.05 * np.cos(2 * np.pi * (T % 2.0 - 0.5) / 1.5))
@@ -266,8 +277,8 @@ def test_a_rig_whose_pressures_hardly_move_moves_less_and_is_no_other_rig(moved:
     """A joint that moves an eighth as far as the model says: under pressures that move as far, and under less."""
     said, angle = (0.2 + 0.1 * np.sin(T), 0.2 - 0.1 * np.sin(T)), 40.0 * np.sin(T)
     own = tuple(0.2 + moved * (column - 0.2) for column in said)
-    ratio = farther(said, (own[0], own[1]))
-    assert farther(said, (None, own[1])) == 1.0
+    ratio = pressure_reach_ratio(said, (own[0], own[1]))
+    assert pressure_reach_ratio(said, (None, own[1])) == 1.0
     if not refused:
         check_reach([angle], [angle / 8.0], ratio)
         return
@@ -301,10 +312,10 @@ def test_sessions_of_different_sweeps_stand_for_one_earlier_day() -> None:
 def test_monitors_that_follow_mirrored_are_swapped_however_late(hertz: float, late_s: float) -> None:
     followed = 0.05 * np.sin(2 * np.pi * hertz * (T - late_s))
     right = replace(record(hertz=hertz), p1_mpa=0.2 + followed, p2_mpa=0.2 - followed)
-    notes: list[str] = []
-    assert usable(right, notes)
-    assert not usable(replace(right, p1_mpa=right.p2_mpa, p2_mpa=right.p1_mpa), notes)
-    assert "are the two monitors, or the valves, swapped?" in notes[0]
+    assert usability(right) == (True, "")
+    used, note = usability(replace(right, p1_mpa=right.p2_mpa, p2_mpa=right.p1_mpa))
+    assert not used
+    assert "are the two monitors, or the valves, swapped?" in note
 
 
 def at_rest(mpa: float, **facts: object) -> Record:

@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rig.gap.records.dropouts import without_dropouts
-from rig.gap.records.filtered import before_filter, passed_in_a_row, through_filter
+from rig.gap.records.cleaning.dropouts import without_dropouts
+from rig.gap.records.cleaning.filtered import before_filter, passed_in_a_row, through_filter
 from rig.record import Column, Record
 
 T = np.arange(0.0, 20.0, 0.005)

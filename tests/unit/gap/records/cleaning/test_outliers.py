@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from support.plants.gap_rigs import session
 
 from rig.gap import diagnose
-from rig.gap.records.outliers import outliers, without_falls
+from rig.gap.records.cleaning.outliers import outliers, without_falls
 from rig.record import Column, Record
 
 T = 0.005 * np.arange(2000)
@@ -73,10 +73,9 @@ def test_one_pulse_of_a_healthy_session_is_said_and_no_cause(reads: float) -> No
 def test_a_pulse_beside_rest_at_zero_leaves_the_rest_no_fall(row: int) -> None:
     sweep = np.where((T > 1.0) & (T < 9.0), 20.0 * np.sin(2 * np.pi * 0.5 * (T - 1.0)), 0.0)
     sweep[row] = -36.9
-    notes: list[str] = []
-    (whole,), (fallen,) = without_falls([Record("rest", T, 0.005 * sweep, angle_deg=sweep)], notes)
-    assert fallen == ()
-    assert np.flatnonzero(np.isnan(whole.angle_deg)).tolist() == [row]
-    assert notes == [
+    cleaned = without_falls([Record("rest", T, 0.005 * sweep, angle_deg=sweep)])
+    assert cleaned.dropouts == [()]
+    assert np.flatnonzero(np.isnan(cleaned.records[0].angle_deg)).tolist() == [row]
+    assert cleaned.notes == [
         "rest: 1 sample stands far from both neighbours in the angle, the farthest reads -36.9 deg; left out"
     ]

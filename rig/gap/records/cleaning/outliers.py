@@ -2,18 +2,18 @@
 and come back. They are taken out before anything is computed, and reported.
 
 A pulse on the sensor's line is one; samples that fall to the same rail again and again are drop-outs
-(`rig.gap.records.dropouts`), and many that scatter are noise, which is left as it is.
+(`rig.gap.records.cleaning.dropouts`), and many that scatter are noise, which is left as it is.
 """
 
 import math
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
 
 from rig.columns import usual_step
-from rig.gap.records.dropouts import Dropouts, Rows, without_dropouts
+from rig.gap.records.cleaning.dropouts import Dropouts, Rows, without_dropouts
 from rig.gap.records.settings import FAR_OUT, MOST_OUTLIERS, OUTLIER_ROWS, RETURNS, SPREAD_QUANTILE
 from rig.number_text import counted
 from rig.record import MEASURED_COLUMNS, Column, Record
@@ -24,28 +24,38 @@ IN_WORDS: Final = {
 """Each measured column in words, and its unit."""
 
 
-def without_falls(
-    records: Sequence[Record], notes: list[str], kind: str = ""
-) -> tuple[list[Record], list[tuple[Dropouts, ...]]]:
-    """The records of one day with fallen samples and outliers missing (NaN), and what fell in each; outliers go into
-    the notes."""
+@dataclass(frozen=True)
+class Cleaned:
+    """The records of one day with fallen samples and outliers missing (NaN)."""
+
+    records: list[Record]
+    dropouts: list[tuple[Dropouts, ...]]
+    """What fell in each record."""
+    notes: list[str]
+    """Which outliers were taken out."""
+
+
+def without_falls(records: Sequence[Record], kind: str = "") -> Cleaned:
+    """The records of one day without what no joint did; `kind`: what an earlier day's record is called in a note."""
     risen, dropouts = without_dropouts(records)
-    return [_without_outliers(record, notes, kind) for record in risen], dropouts
+    found = [_without_outliers(record) for record in risen]
+    notes = [f"{kind}{record.name}: {line}" for record, lines in found for line in lines]
+    return Cleaned([record for record, _ in found], dropouts, notes)
 
 
-def fall_notes(records: Sequence[Record], dropouts: Sequence[tuple[Dropouts, ...]]) -> list[str]:
+def fall_notes(cleaned: Cleaned) -> list[str]:
     """A note for each column of each record in which samples fell to a rail."""
     return [
         f"{record.name}: {counted(int(one.fallen.sum()), 'sample')} of {IN_WORDS[one.column][0]} fell to a rail, which "
         f"reads {one.level:.4g} {IN_WORDS[one.column][1]}; left out"
-        for record, mine in zip(records, dropouts, strict=True)
+        for record, mine in zip(cleaned.records, cleaned.dropouts, strict=True)
         for one in mine
     ]
 
 
-def _without_outliers(record: Record, notes: list[str], kind: str) -> Record:
-    """The record with outliers missing (NaN); what was taken out goes into the notes."""
-    changed: dict[str, Column] = {}
+def _without_outliers(record: Record) -> tuple[Record, list[str]]:
+    """The record with outliers missing (NaN), and for each column in which some were what was taken out."""
+    changed, taken_out = dict[str, Column](), list[str]()
     for name in MEASURED_COLUMNS:
         column = getattr(record, name)
         rows = None if column is None else outliers(column)
@@ -55,11 +65,10 @@ def _without_outliers(record: Record, notes: list[str], kind: str) -> Record:
             count = int(rows.sum())
             what = "sample stands" if count == 1 else "samples stand"
             spoken, unit = IN_WORDS[name]
-            notes.append(
-                f"{kind}{record.name}: {count} {what} far from both neighbours in {spoken}, the farthest reads "
-                f"{worst:.4g} {unit}; left out"
+            taken_out.append(
+                f"{count} {what} far from both neighbours in {spoken}, the farthest reads {worst:.4g} {unit}; left out"
             )
-    return replace(record, **changed) if changed else record  # type: ignore[arg-type]
+    return (replace(record, **changed) if changed else record), taken_out  # type: ignore[arg-type]
 
 
 def outliers(column: Column) -> Rows:

@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rig.columns import filled_in, white_noise
-from rig.gap.records.filtered import before_filter, passed_in_a_row, through_filter
-from rig.gap.records.open_input import OpenInput, open_input
+from rig.gap.records.cleaning.filtered import before_filter, passed_in_a_row, through_filter
+from rig.gap.records.cleaning.open_input import OpenInput, open_input
 from rig.gap.records.settings import (
     ABRUPT,
     FEWEST_DROPOUTS,

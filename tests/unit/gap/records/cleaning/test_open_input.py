@@ -6,8 +6,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rig.gap.records.dropouts import without_dropouts
-from rig.gap.records.open_input import open_input
+from rig.gap.records.cleaning.dropouts import without_dropouts
+from rig.gap.records.cleaning.open_input import open_input
 from rig.record import Column, Record
 
 T = np.arange(0.0, 20.0, 0.005)

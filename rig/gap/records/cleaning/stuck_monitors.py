@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from rig.columns import white_noise
-from rig.gap.records.dropouts import Rows
+from rig.gap.records.cleaning.dropouts import Rows
 from rig.gap.records.settings import LEAST_FLICKER_MPA, LEAST_FLICKER_STEPS, STUCK_ROWS, STUCK_S
 from rig.identify.records.monitors import LEAST_SET_MPA
 from rig.model.resample import set_points

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from rig.gap.records.filtered import abrupt_step
+from rig.gap.records.cleaning.filtered import abrupt_step
 from rig.gap.records.settings import (
     FEWEST_ABRUPT,
     OPEN_AGREE,

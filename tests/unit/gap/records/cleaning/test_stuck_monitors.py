@@ -8,7 +8,7 @@ import pytest
 from support.plants.gap_rigs import model, session
 
 from rig.gap.diagnosis import diagnose
-from rig.gap.records.stuck_monitors import stuck, without_stuck_monitors
+from rig.gap.records.cleaning.stuck_monitors import stuck, without_stuck_monitors
 from rig.record import Column, Record
 
 ROWS, PERIOD_S = 4000, 0.005
