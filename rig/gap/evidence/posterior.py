@@ -158,7 +158,7 @@ def judge(
     forward = problem.forward
     plain = settled(forward)
     # one after the other: two threads on two cores spend a third more processor time to be no sooner
-    found = [fit_effect(effect, forward, problem.shows, problem.screening, problem.told) for effect in effects]
+    found = [fit_effect(effect, forward, problem.shows, problem.screening, problem.identifiable) for effect in effects]
     fits = {fit.effect.name: fit for fit in found if fit is not None and np.isfinite(fit.log_evidence)}
     gap, expected = plain.factor.gap_lines, plain.factor.healthy
     bare = expected.log_density(gap) + forward.odds.none + healthy

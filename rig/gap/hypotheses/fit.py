@@ -180,18 +180,18 @@ def fit_effect(
     forward: ForwardModel,
     shows: Callable[[Law], bool],
     screening: ForwardModel | None,
-    told: Callable[[Law], bool] | None = None,
+    identifiable: Callable[[Law], bool] | None = None,
 ) -> Fit | None:
     """The likeliest law of one effect; None where none acts on this factor or none gives a finite response. Each law is
-    as likely beforehand as each of those that these records tell of (`told`), on this factor or another: an effect that
-    acts on both is no likelier for that."""
+    as likely beforehand as each of those that are `identifiable` from these records, on this factor or another: an
+    effect that acts on both is no likelier for that."""
     found = [fit_law(effect, law, forward, screening or forward) for law in effect.laws if shows(law)]
     fits = sorted((one for one in found if one is not None), key=lambda one: one.log_evidence)
     if not fits:
         return None
     fits[-1] = best = _as_rough(fits[-1])
     total = float(np.logaddexp.reduce([one.log_evidence for one in fits]))
-    return replace(best, log_evidence=total - float(np.log(sum(map(told or shows, effect.laws)))))
+    return replace(best, log_evidence=total - float(np.log(sum(map(identifiable or shows, effect.laws)))))
 
 
 def fit_law(effect: Effect, law: Law, forward: ForwardModel, screening: ForwardModel) -> Fit | None:

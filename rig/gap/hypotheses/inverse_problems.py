@@ -47,12 +47,12 @@ class InverseProblem:
     on_few: Callable[[], ForwardModel]
     acts: Callable[[Law], bool]
     """On this factor, by where it enters the chain."""
-    told: Callable[[Law], bool]
+    identifiable: Callable[[Law], bool]
     """From these records, whatever factor it acts on."""
 
     def shows(self, law: Law) -> bool:
         """Whether a law acts on this factor of records that tell of it."""
-        return self.acts(law) and self.told(law)
+        return self.acts(law) and self.identifiable(law)
 
     @cached_property
     def screening(self) -> ForwardModel:
@@ -66,8 +66,9 @@ def acts_ahead(law: Law) -> bool:
     return EFFECT_STAGES[law.stage].slot in AHEAD
 
 
-def _can_tell(expected: Expected, law: Law) -> bool:
-    """Whether a law can be told from these records: one that goes on from record to record asks when they began."""
+def _identifiable(expected: Expected, law: Law) -> bool:
+    """Whether a law can be identified from these records: one that goes on from record to record asks when they
+    began."""
     return not law.whole_session or any(pair.begun_s > 0.0 for pair in expected.pairs)
 
 
@@ -81,7 +82,7 @@ def pressure_problem(expected: Expected, settings: Fitted) -> InverseProblem:
         whole,
         lambda: pressure_forward(_telling(expected), settings, expected),
         acts_ahead,
-        partial(_can_tell, expected),
+        partial(_identifiable, expected),
     )
 
 
@@ -93,7 +94,7 @@ def angle_problem(expected: Expected, settings: Fitted) -> InverseProblem:
         angle_forward(expected, settings),
         lambda: angle_forward(_telling(expected), settings, expected),
         lambda law: not (expected.driven and acts_ahead(law)),
-        partial(_can_tell, expected),
+        partial(_identifiable, expected),
     )
 
 
@@ -130,7 +131,7 @@ def pressure_forward(expected: Expected, settings: Fitted, whole: Expected | Non
     parts, days = parts_of_pressures(expected)
     factor = own_factor(parts, days, levels, settings.prior).of_any_build(reference_levels.builds)
     times = _where_fast(factor.lines, expected)
-    factor = factor.at_least(expected.missed_mpa).less_sure(times, parts.noise).noisier(expected.anew_mpa**2)
+    factor = factor.at_least(expected.missed_mpa).less_sure(times, parts.noise).noisier(expected.unrepeated_mpa**2)
     factor = factor.doubting(motion_doubt(expected.contexts, expected.base, expected.response))
     factor = factor.doubting(speed_doubt(expected.contexts, expected.response))
     if expected.kind is ReferenceKind.FINGERPRINT:
@@ -161,7 +162,7 @@ def angle_forward(expected: Expected, settings: Fitted, whole: Expected | None =
     if expected.driven and expected.kind is not ReferenceKind.SIMULATOR:  # which is asked itself under these
         factor = _answering_other_pressures(factor, expected, settings.prior)
     factor = factor.at_least(expected.missed_deg).less_sure(_where_fast(factor.lines, expected), parts.noise)
-    factor = factor.noisier(expected.anew_deg**2 + expected.signatures_deg2)
+    factor = factor.noisier(expected.unrepeated_deg**2 + expected.signatures_deg2)
     if expected.step_deg:
         factor = factor.rounded_to(expected.step_deg, np.concatenate(list(base)))
     if expected.kind is ReferenceKind.FINGERPRINT:

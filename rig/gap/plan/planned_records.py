@@ -54,8 +54,8 @@ class KnownRig:
     missed_mpa: float = 0.0
     missed_deg: float = 0.0
     """Rms by which the reference misses the records that it was made from, where that is known; see `Expected`."""
-    anew_mpa: float = 0.0
-    anew_deg: float = 0.0
+    unrepeated_mpa: float = 0.0
+    unrepeated_deg: float = 0.0
     """Rms by which a further record is off for what the rig does not repeat, where that is known; see `Expected`."""
     known_hz: float = np.inf
     """Fastest excitation that it is known from, see `Expected`."""
@@ -76,7 +76,11 @@ def expect_planned(rig: KnownRig, plans: Sequence[RunPlan]) -> Expected:
     made = from_response(rig.response, Pairing(pairs, rig.pressures, 0, rig.response.p0_mpa))
     made = replace(made, levels=rig.levels, kind=rig.kind, known_hz=rig.known_hz, planned=True)
     return replace(
-        made, missed_mpa=rig.missed_mpa, missed_deg=rig.missed_deg, anew_mpa=rig.anew_mpa, anew_deg=rig.anew_deg
+        made,
+        missed_mpa=rig.missed_mpa,
+        missed_deg=rig.missed_deg,
+        unrepeated_mpa=rig.unrepeated_mpa,
+        unrepeated_deg=rig.unrepeated_deg,
     )
 
 
@@ -162,8 +166,8 @@ def known_by(response: ResponseModel, days: Sequence[RecordContext], *, pressure
 def as_steady_as(rig: KnownRig, contexts: Sequence[RecordContext]) -> KnownRig:
     """The same rig, which repeats itself as closely as these records show."""
     of_angle = partial(angle_days, response=rig.response, driven=rig.pressures)
-    anew_mpa = of_contexts(contexts, pressure_days).rms if rig.pressures else 0.0
-    return replace(rig, anew_deg=of_contexts(contexts, of_angle).rms, anew_mpa=anew_mpa)
+    unrepeated_mpa = of_contexts(contexts, pressure_days).rms if rig.pressures else 0.0
+    return replace(rig, unrepeated_deg=of_contexts(contexts, of_angle).rms, unrepeated_mpa=unrepeated_mpa)
 
 
 def _noise(contexts: Sequence[RecordContext]) -> Noise:

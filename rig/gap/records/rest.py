@@ -6,7 +6,7 @@ import numpy as np
 
 from rig.conditions import MEASURED_REST, commanded_rest
 from rig.gap.records.settings import LEAST_REST_MPA
-from rig.identify.records.rest import SHIFTED_MPA, measured_rest, rest_note, taken_for, unsaid_rests
+from rig.identify.records.rest import SHIFTED_MPA, known_rest, measured_rest, rest_note, taken_for, unsaid_rests
 from rig.record import Record
 
 
@@ -14,9 +14,9 @@ def rest_pressure(records: Sequence[Record], p0_mpa: float, *, beside_days: bool
     """P0 (MPa) of the records: from their set-points or facts. Where they do not say it, the middle of the measured
     pressures if they are compared with earlier days, else `p0_mpa`, the model's: beside a model a fault that shifts
     both pressures would pass for another P0."""
-    means = [rest for record in records if (rest := commanded_rest(record)) is not None]
-    if means:
-        return float(np.median(means))
+    commanded = [rest for record in records if (rest := commanded_rest(record)) is not None]
+    if commanded:
+        return float(np.median(commanded))
     measured = measured_rests(records)
     return max(float(np.round(np.median(measured), 2)), LEAST_REST_MPA) if measured and beside_days else p0_mpa
 
@@ -38,18 +38,12 @@ def at_rests(
     off = nearest - p0_mpa if abs(nearest - p0_mpa) <= SHIFTED_MPA else 0.0
 
     def taken(k: int, record: Record) -> Record:
-        theirs = [rest for other in others[k] if (rest := _known_rest(other)) is not None]
+        theirs = [rest for other in others[k] if (rest := known_rest(other)) is not None]
         return taken_for(record, float(np.median(theirs)) if theirs else rests[k] - off)
 
     found = [taken(k, record) if k in rests else record for k, record in enumerate(records)]
     alone = [found[k] for k in rests if not others[k]]
     return found, [rest_note(alone)] if alone else []
-
-
-def _known_rest(record: Record) -> float | None:
-    """P0 that an earlier day's record says, or by its measured pressures."""
-    said = commanded_rest(record)
-    return said if said is not None else measured_rest(record)
 
 
 def shifted(records: Sequence[Record], partners: Sequence[Record], p0_mpa: float) -> tuple[str, ...]:

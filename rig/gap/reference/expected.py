@@ -40,8 +40,8 @@ class Expected:
     """A converter's step that those tests found; what rounding leaves is no gap either."""
     planned: bool = False
     """The records are not made yet, and answer exactly as the reference expects."""
-    anew_mpa: float = 0.0
-    anew_deg: float = 0.0
+    unrepeated_mpa: float = 0.0
+    unrepeated_deg: float = 0.0
     """Rms by which planned records will be off because the rig does not repeat itself exactly; measured ones show
     it."""
     unsure_lag_s: float = 0.0

@@ -28,6 +28,12 @@ def measured_rest(record: Record) -> float | None:
     return float(np.nanmedian(0.5 * (record.p1_mpa + record.p2_mpa)))
 
 
+def known_rest(record: Record) -> float | None:
+    """P0 as the record says it, else by its measured pressures, MPa; None where neither tells."""
+    commanded = commanded_rest(record)
+    return commanded if commanded is not None else measured_rest(record)
+
+
 def unsaid_rests(records: Sequence[Record]) -> dict[int, float]:
     """The measured P0 (MPa) of each record that does not say its own, by the record's place; empty where they are one
     P0, or nobody knows."""
@@ -42,7 +48,7 @@ def unsaid_rests(records: Sequence[Record]) -> dict[int, float]:
 def far_from_all(p0_mpa: float, records: Sequence[Record]) -> str:
     """That no record lies around this P0, by its commands or its pressures, and around which they do; empty where one
     does, or nobody knows."""
-    known = [commanded_rest(record) or measured_rest(record) for record in records if record.channels.has_valves]
+    known = (known_rest(record) for record in records if record.channels.has_valves)
     rests = [rest for rest in known if rest is not None]
     if not rests or min(abs(rest - p0_mpa) for rest in rests) <= SHIFTED_MPA:
         return ""

@@ -8,7 +8,12 @@ from typing import Final
 
 from rig.model.effect_stages import joint, limits, muscle, sensor, timing, valve
 from rig.model.effect_stages.stage import WHOLE_SESSION, EffectParameter, EffectStage
-from rig.model.equations.joint_balance import LOOP_RADII_DEG, STATE_SIZE
+from rig.model.equations.joint_balance import (
+    LOOP_RADII_DEG,
+    MOST_SOFTER_PER_DEG,
+    MOST_SOFTER_PER_DEG2,
+    STATE_SIZE,
+)
 from rig.model.slots import Slot, StageFunction
 
 FORMER_NAMES: Final = {"drag_s": "viscous_time_s", "sway_s": "inertia_time_s"}
@@ -55,8 +60,22 @@ _BALANCED = (
         _P(f"loop_{j + 1}", "1", 0.0, 50.0, 0.0, f"nominal dry friction that slips after about {r:g} degrees")
         for j, r in enumerate(LOOP_RADII_DEG)
     ),
-    _P("softer", "1/deg", -0.1, 0.1, 0.0, "how much softer the nominal joint is towards greater angles"),
-    _P("softer_out", "1/deg^2", -0.01, 0.01, 0.0, "how much softer it is towards both ends"),
+    _P(
+        "softer",
+        "1/deg",
+        -MOST_SOFTER_PER_DEG,
+        MOST_SOFTER_PER_DEG,
+        0.0,
+        "how much softer the nominal joint is towards greater angles",
+    ),
+    _P(
+        "softer_out",
+        "1/deg^2",
+        -MOST_SOFTER_PER_DEG2,
+        MOST_SOFTER_PER_DEG2,
+        0.0,
+        "how much softer it is towards both ends",
+    ),
 )
 """What the effects of the joint's balance share; each is the one number that is not neutral."""
 _SEED = _P("seed", "1", 0.0, 1e6, 0.0, "seed of the random numbers")

@@ -48,6 +48,10 @@ where it was, held by its friction."""
 LEAST_COMPLIANCE = 0.5
 """Of a joint at its ends over that in the middle, and the inverse of the most: far from where it was fitted a
 polynomial goes anywhere."""
+MOST_SOFTER_PER_DEG, MOST_SOFTER_PER_DEG2 = 0.1, 0.01
+"""How much the compliance of the nominal joint may grow with the angle, over that in the middle, to the first and the
+second order (`softer`, `softer_out`): a joint is twice as soft within 10 degrees. More: a curve that was fitted to
+little motion makes a joint of no stiffness."""
 NOTHING_ADDED = (0.0, 0.0, 0.0, 0.0, 0.0)
 """width_deg, tau_s, time_s, load_deg, phase_deg of a joint without added terms."""
 

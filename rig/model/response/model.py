@@ -13,7 +13,7 @@ import numpy as np
 
 from rig.model.compiled.columns import Ends, Joint, balanced, drive, pulled_to, settled
 from rig.model.compiled.response import propagated, regulated
-from rig.model.equations.joint_balance import LOOP_RADII_DEG
+from rig.model.equations.joint_balance import LOOP_RADII_DEG, MOST_SOFTER_PER_DEG, MOST_SOFTER_PER_DEG2
 from rig.model.fingerprint import Fingerprint
 from rig.model.parameters import Model, StageKind, regulator_times_s
 from rig.record import Column
@@ -48,13 +48,11 @@ class Balance:
         even, odd = second / first**2, third / first**3
         softer, softer_out = 2.0 * even, 3.0 * odd - 2.0 * even**2
         return {
-            "softer": min(max(softer, -MOST_SOFTER), MOST_SOFTER),
-            "softer_out": min(max(softer_out, -MOST_SOFTER_OUT), MOST_SOFTER_OUT),
+            "softer": min(max(softer, -MOST_SOFTER_PER_DEG), MOST_SOFTER_PER_DEG),
+            "softer_out": min(max(softer_out, -MOST_SOFTER_PER_DEG2), MOST_SOFTER_PER_DEG2),
         }
 
 
-MOST_SOFTER, MOST_SOFTER_OUT = 0.1, 0.01
-"""Bounds of the effect stages' numbers, 1/deg and 1/deg^2: a joint is twice as soft within 10 degrees."""
 REGULATOR_TERMS = 8
 """Numbers of a regulator's correction, see `regulator_terms`."""
 TYPICAL_REGULATOR: Regulator = (0.005, 0.05, 0.05)

@@ -184,8 +184,8 @@ def test_an_effect_that_acts_on_both_factors_is_no_likelier_for_that() -> None:
     """Of a leak's three laws two act ahead of the monitors: the pressures alone gave them what all three have."""
     problem = pressure_problem(expected(*days("mckibben"), pressures=True), fitted())
     judged, alone = (
-        fit_effect(LIBRARY["leak"], problem.forward, problem.shows, problem.screening, told)
-        for told in (problem.told, problem.shows)
+        fit_effect(LIBRARY["leak"], problem.forward, problem.shows, problem.screening, identifiable)
+        for identifiable in (problem.identifiable, problem.shows)
     )
     assert judged is not None
     assert alone is not None

@@ -177,7 +177,7 @@ def test_a_planned_record_faster_than_what_is_known_is_as_many_times_less_sure(
     known: KnownRig, hz: float, times: float
 ) -> None:
     plans = planned([Entry(Sine(hz, 0.1), Timing(settle_s=1.0, duration_s=10.0), (0.2,))], 10_000_000)
-    steady = replace(known, missed_mpa=0.0, anew_mpa=0.0)
+    steady = replace(known, missed_mpa=0.0, unrepeated_mpa=0.0)
     made = [expect_planned(replace(steady, known_hz=at), plans) for at in (np.inf, 0.8)]
     sure, unsure = (pressure_forward(expected, fitted()).factor.healthy for expected in made)
     noise = parts_of_pressures(made[0])[0].noise  # is as loud on a fast record
