@@ -93,10 +93,10 @@ class Record:
         columns, own = self.columns(), self.channels
         if own.has_valves:
             return columns
-        told = {"t_s": self.t_s, own.input.column: own.own_input(self.dp_cmd_mpa)}
+        shown = {"t_s": self.t_s, own.input.column: own.own_input(self.dp_cmd_mpa)}
         if self.angle_deg is not None:
-            told[own.output.column] = own.own_output(self.angle_deg)
-        return told | {name: column for name, column in self.extra.items() if name not in told}
+            shown[own.output.column] = own.own_output(self.angle_deg)
+        return shown | {name: column for name, column in self.extra.items() if name not in shown}
 
     def rows(self, chosen: slice | NDArray[np.bool_] | NDArray[np.intp]) -> Self:
         """The same record with only some rows, by a slice, by (n,) which of them, or by (m,) their numbers; time keeps

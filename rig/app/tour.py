@@ -83,9 +83,9 @@ def begun(words: list[str], shown: bool) -> "subprocess.Popen[str]":
 def finish(running: "list[subprocess.Popen[str]]") -> int:
     """Wait for a step's commands and show what they said; the first status that is not 0, else 0."""
     for process in running:
-        said, _ = process.communicate()
-        if said:
-            print(said.rstrip().rpartition("\n")[2] if len(running) > 1 else said.rstrip(), flush=True)
+        output, _ = process.communicate()
+        if output:
+            print(output.rstrip().rpartition("\n")[2] if len(running) > 1 else output.rstrip(), flush=True)
     return next((process.returncode for process in running if process.returncode), 0)
 
 

@@ -194,8 +194,8 @@ def _names() -> dict[str, int]:
 
 def _holder(name: str, names: Mapping[str, int]) -> int | None:
     """The process that holds the wire of that name; None where it has not said so yet."""
-    said = (each.partition(f"{name} ")[2] for each in names)
-    return next((int(pid) for pid in said if pid.isascii() and pid.isdigit()), None)
+    pids = (each.partition(f"{name} ")[2] for each in names)
+    return next((int(pid) for pid in pids if pid.isascii() and pid.isdigit()), None)
 
 
 def _introduced(pid: int | None) -> str:

@@ -22,10 +22,11 @@ def carry_out_interruptibly(is_heard: bool) -> None:
     """`rig.cli.commands.main`; Ctrl-C, if it `is_heard` at all, while that and its packages are being imported ends as
     quietly as it does later."""
     sys.unraisablehook = _heard_again
-    told = [number for number in _TOLD_TO_END if signal.getsignal(number) is not signal.SIG_IGN]  # `nohup` ignores one
-    for number in told:
+    # `nohup` ignores one
+    numbers = [number for number in _TOLD_TO_END if signal.getsignal(number) is not signal.SIG_IGN]
+    for number in numbers:
         signal.signal(number, _end)
-    for number in (signal.SIGINT, *told):
+    for number in (signal.SIGINT, *numbers):
         # registered first, it is called last: Python then hands signals back to the system, and one would end what is
         # done
         atexit.register(signal.signal, number, signal.SIG_IGN)
@@ -38,7 +39,7 @@ def carry_out_interruptibly(is_heard: bool) -> None:
             carry_out()
         finally:
             # the interpreter takes a while to end, and would end by the signal: without a word, or with a traceback
-            for number in (signal.SIGINT, *told):
+            for number in (signal.SIGINT, *numbers):
                 signal.signal(number, lambda *_: os._exit(INTERRUPTED))
             # where Ctrl-C struck code made from text (dataclasses make some), `python -m` keeps that it was not caught,
             # and ends by the signal, too; the next such code makes it forget (CPython, run_eval_code_obj)

@@ -48,8 +48,8 @@ def _values(node: yaml.Node, known: dict[int, int]) -> int:
 
 def problem(error: yaml.MarkedYAMLError) -> str:
     """What is wrong, without the place."""
-    said = str(error.problem)
-    return _PROBLEMS.get(said, said)
+    text = str(error.problem)
+    return _PROBLEMS.get(text, text)
 
 
 class StrictLoader(yaml.SafeLoader):

@@ -68,8 +68,8 @@ class BothFactors:
         return angle_problem(expected, self.question.settings)
 
     def _on(self, problem: InverseProblem, healthy: float = 0.0) -> Posterior:
-        told = self.question.experiments.get(problem.name, {})
-        return judge(self.effects, _with_withheld(self.question, problem), told, healthy)
+        experiments = self.question.experiments.get(problem.name, {})
+        return judge(self.effects, _with_withheld(self.question, problem), experiments, healthy)
 
     def _beside(self, name: str, expected: Expected) -> Posterior:
         """The posterior of the angle given a hypothesis ahead of the monitors."""

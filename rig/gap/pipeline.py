@@ -192,8 +192,8 @@ def paired_anew(question: Question, pairing: Pairing, of_case: Sequence[Repair],
         replace(pair, dropouts=was.dropouts, day_dropouts=was.day_dropouts, day_numbers=was.day_numbers)
         for pair, was in zip(anew.pairs, pairs, strict=True)
     ]
-    said = [line for line in anew.notes if line not in pairing.notes]
-    return replace(pairing, pairs=kept, pressures=anew.pressures).noting(*said)
+    new_notes = [line for line in anew.notes if line not in pairing.notes]
+    return replace(pairing, pairs=kept, pressures=anew.pressures).noting(*new_notes)
 
 
 def _same(record: Record) -> Record:

@@ -26,11 +26,11 @@ def channels_of_call(model: Model | None, records: Sequence[Record], baselines: 
 
 
 def possible(
-    channels: Channels, records: Sequence[Record], said: Sequence[str] | None = None, where: str = "effects"
+    channels: Channels, records: Sequence[Record], rig_effects: Sequence[str] | None = None, where: str = "effects"
 ) -> list[str]:
-    """The effects that a rig can have: those that it says, by name or by stage (`said` by its YAML, else the records'
-    own facts), without those of valves where it has none. ConfigError for a word that is neither."""
-    listed = [(where, said)] if said is not None else [
+    """The effects that a rig can have: those that it says, by name or by stage (`rig_effects` by its YAML, else the
+    records' own facts), without those of valves where it has none. ConfigError for a word that is neither."""
+    listed = [(where, rig_effects)] if rig_effects is not None else [
         (f"{one.name}: facts: {EFFECTS_FACT}", one.facts[EFFECTS_FACT]) for one in records if EFFECTS_FACT in one.facts
     ]  # fmt: skip
     wanted = [named_effects(words, place) for place, words in listed]

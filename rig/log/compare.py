@@ -190,8 +190,8 @@ def _by_name(records: Sequence[Record]) -> dict[str, Record]:
     same (days beside each other), the later one is the next repeat that is free."""
     found: dict[tuple[str, int], Record] = {}
     for record in records:
-        said = record.facts.get("repeat")
-        first = said if isinstance(said, int) and said > 0 else 1
+        repeat = record.facts.get("repeat")
+        first = repeat if isinstance(repeat, int) and repeat > 0 else 1
         number = next(number for number in itertools.count(first) if (record.name, number) not in found)
         found[record.name, number] = record
     return {name if number == 1 else f"{name} repeat {number}": record for (name, number), record in found.items()}

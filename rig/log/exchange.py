@@ -100,12 +100,12 @@ def _own(content: LogContent) -> dict[str, tuple[Array, str]]:
     They repeat fields of the sample, from which a log is read back."""
     samples, facts = content.samples, content.run_facts
     own = channels_of(facts, "channels")
-    told = {one.name: (samples[place], one.unit) for one, place in zip(furthers_of(facts), PLACES, strict=False)}
+    columns = {one.name: (samples[place], one.unit) for one, place in zip(furthers_of(facts), PLACES, strict=False)}
     if not own.has_valves:
         wanted = own.own_input(samples["p1_cmd_mpa"] - samples["p2_cmd_mpa"])
-        told[own.input.column] = wanted, own.input.unit
-        told[own.output.column] = own.own_output(samples["angle_deg"]), own.output.unit
-    return {name: column for name, column in told.items() if name not in _MEANINGS and len(name) <= _LONGEST_NAME}
+        columns[own.input.column] = wanted, own.input.unit
+        columns[own.output.column] = own.own_output(samples["angle_deg"]), own.output.unit
+    return {name: column for name, column in columns.items() if name not in _MEANINGS and len(name) <= _LONGEST_NAME}
 
 
 def _meanings(content: LogContent) -> dict[str, tuple[str, str]]:

@@ -77,8 +77,8 @@ def recover(path: Path, target: Path | None = None) -> Recovery:
     target = target or path.with_name(stem(path) + RECOVERED_SUFFIX)
     described = _described(target, samples, found)
     run_facts = found.contents.facts(schema.RUN_METADATA)
-    said = found.contents.facts(schema.RESULT_METADATA)
-    result = said | _result_facts(described, path, said)
+    kept_facts = found.contents.facts(schema.RESULT_METADATA)
+    result = kept_facts | _result_facts(described, path, kept_facts)
     write_content(LogContent(samples, run_facts, result, found.contents.attachments, tuple(lines)), target)
     return described
 

@@ -44,8 +44,8 @@ def _by_their_times(records: Sequence[Record]) -> Column | None:
     by_loop = _by_one_loop(records)
     somebody_set_it = dates is not None and by_loop is not None and np.max(np.abs(by_loop - dates)) > _SET_S
     files_own = _from_the_first([_first_time_s(record) for record in records])
-    told = (by_loop if somebody_set_it else None, dates, files_own)
-    return next((begun for begun in told if begun is not None and _is_a_session(begun, records)), None)
+    clocks = (by_loop if somebody_set_it else None, dates, files_own)
+    return next((begun for begun in clocks if begun is not None and _is_a_session(begun, records)), None)
 
 
 def _from_the_first(times_s: Sequence[float | None]) -> Column | None:

@@ -344,12 +344,12 @@ def _plain(value: object) -> object:
         return _Lines(value)
     if not dataclasses.is_dataclass(value):
         return unstructure(value)
-    said = {
+    stated = {
         f.name: _plain(getattr(value, f.name))
         for f in dataclasses.fields(value)
         if not _is_default(f, getattr(value, f.name))
     }
-    return _Inline(said) if isinstance(value, Parameter) else said
+    return _Inline(stated) if isinstance(value, Parameter) else stated
 
 
 def _is_default(item: "dataclasses.Field[Any]", value: object) -> bool:

@@ -63,12 +63,12 @@ def on_grid(record: Record, dt_s: float, further: Collection[str] = ()) -> Recor
 def as_commanded(grid: Record, record: Record) -> Record:
     """What `on_grid` made of a record, with its commands as they stood at each of its times: a mean over what follows
     comes half a period before them, and is no clock to lay another run on."""
-    told = {
+    columns = {
         name: _commanded_at(grid.t_s, record.t_s, column, grid.period_s, averaged=False)
         for name in ("dp_cmd_mpa", *commanded(record))
         for column in (getattr(record, name),)
     }
-    return replace(grid, **told)  # type: ignore[arg-type]
+    return replace(grid, **columns)  # type: ignore[arg-type]
 
 
 def _commanded_at(time: Column, own_s: Column, column: Column, dt_s: float, averaged: bool) -> Column:

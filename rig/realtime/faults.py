@@ -97,11 +97,11 @@ EXPLANATIONS: Final[dict[Fault, Explanation]] = {
 }
 
 
-def explain(code: int, said: str = "") -> str:
+def explain(code: int, message: str = "") -> str:
     """`FROZEN_SENSOR: cause (hint); what was said` for a code of a sample; an unknown code is said to be unknown."""
     try:
         fault = Fault(code)
     except ValueError:
         return f"fault {code}: unknown to this version"
     cause, hint = EXPLANATIONS[fault]
-    return f"{fault.name}: {cause}" + (f" ({hint})" if hint else "") + (f"; {said}" if said else "")
+    return f"{fault.name}: {cause}" + (f" ({hint})" if hint else "") + (f"; {message}" if message else "")

@@ -72,8 +72,8 @@ class Ring:
         return text.partition(b"\0")[0].decode("utf-8", "surrogateescape")
 
     @owner.setter
-    def owner(self, said: str) -> None:
-        packed = said.encode("utf-8", "surrogateescape")[: _OWNER_BYTES - 1]
+    def owner(self, text: str) -> None:
+        packed = text.encode("utf-8", "surrogateescape")[: _OWNER_BYTES - 1]
         self.block.bytes[_START + self.capacity * _SLOT :][:_OWNER_BYTES] = packed.ljust(_OWNER_BYTES, b"\0")
 
     @property

@@ -214,15 +214,15 @@ class SafeBlock:
     def loop_fault(self) -> Fault:
         """What the end of the loop is called: by whoever took it for lost first, as the fault of a loop that ended by
         itself where nobody did."""
-        told = [report for writer in Writer if (report := self.report(writer)).verdict is not LoopVerdict.WATCHING]
-        first = min(told, key=lambda report: report.seen_ns, default=SafeReport(verdict=LoopVerdict.ENDED))
+        verdicts = [report for writer in Writer if (report := self.report(writer)).verdict is not LoopVerdict.WATCHING]
+        first = min(verdicts, key=lambda report: report.seen_ns, default=SafeReport(verdict=LoopVerdict.ENDED))
         return first.verdict.fault
 
     def best(self, since_ns: int = 0) -> SafeReport:
         """The report that knows most, of those of a loss seen at `since_ns` or later; of equal ones the earliest
         write."""
-        told = [report for writer in Writer if (report := self.report(writer)).outcome is not Outcome.UNKNOWN]
-        recent = [report for report in told if report.seen_ns >= since_ns]
+        outcomes = [report for writer in Writer if (report := self.report(writer)).outcome is not Outcome.UNKNOWN]
+        recent = [report for report in outcomes if report.seen_ns >= since_ns]
         return max(recent, key=lambda report: (report.outcome, -report.written_ns), default=SafeReport())
 
     def _at(self, writer: Writer) -> int:

@@ -147,7 +147,7 @@ def _broken_down(what: str, key: str, figures: Sequence[str], shown: Mapping[str
 
 
 def _mode(words: str) -> str:
-    return next(name for name, said in MODE_WORDS.items() if said == words)
+    return next(name for name, known in MODE_WORDS.items() if known == words)
 
 
 def _foreign(shown: Mapping[str, Mapping[str, Any]]) -> str:

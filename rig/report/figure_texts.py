@@ -21,9 +21,9 @@ def as_written(figure: "Figure") -> None:
     for text in {*figure.findobj(Text)} - (numbers - titles):
         assert isinstance(text, Text)
         text.set_parse_math(False)
-        said = text.get_text()
-        if not said.replace("\n", "").isprintable():
-            text.set_text(in_lines(said))
+        content = text.get_text()
+        if not content.replace("\n", "").isprintable():
+            text.set_text(in_lines(content))
 
 
 def on_terminal(figure: Any) -> str:

@@ -33,12 +33,12 @@ def write_page(
 
 def page(diagnosis: Diagnosis, grounds: Grounds, model: Model, origin: Mapping[str, str] | None = None) -> str:
     """The page as text."""
-    told = {question.rstrip(":"): answer for question, answer in answers(diagnosis).items()}
+    by_question = {question.rstrip(":"): answer for question, answer in answers(diagnosis).items()}
     text = rendered(
         template("gap_page.html.jinja"),
         title="What does the simulator lack?" if from_model(diagnosis) else "What has changed on the rig?",
-        headline=told.pop("Answer"),
-        answers=told,
+        headline=by_question.pop("Answer"),
+        answers=by_question,
         origin=origin or {},
         diagnosis=diagnosis,
         percent=percent,
@@ -63,14 +63,14 @@ def _assumed(diagnosis: Diagnosis, grounds: Grounds, model: Model) -> list[str]:
             f"P0 is {nominal.p0_mpa:.3g} MPa; regulators answer in {1e3 * nominal.tau0_s:.0f} ms; the description of "
             "muscles and joint"
         )
-    told = [
+    lines = [
         f"What is expected is {_expected(diagnosis.reference, sessions)}; "
         f"what is usual comes from {SOURCES[diagnosis.gap.floor_source]}.",
         *([f"Pressures were {'used: each valve is judged by its monitor' if used else 'not used'}."] if valves else []),
         f"{description} misses {nominal.misfit_deg:.2g} deg rms of what is expected and is used in differences only.",
         f"The model ({model.muscle.kind}, driven by {model.muscle.input.value}) {tuned_to(model, records)}.",
     ]
-    return [*told, *folded(diagnosis.notes)]
+    return [*lines, *folded(diagnosis.notes)]
 
 
 def _expected(reference: ReferenceKind, sessions: int) -> str:

@@ -132,13 +132,13 @@ def _begun(work: Callable[[], T]) -> "asyncio.Future[T]":
     def carry_out() -> None:
         if not claim.acquire(blocking=False):
             return
-        told: tuple[Callable[[Any], None], Any]
+        answer: tuple[Callable[[Any], None], Any]
         try:
-            told = (done.set_result, work())
+            answer = (done.set_result, work())
         except Exception as error:  # noqa: BLE001 - it is told to who waits for it
-            told = (done.set_exception, error)
+            answer = (done.set_exception, error)
         with contextlib.suppress(RuntimeError):  # the event loop has ended
-            loop.call_soon_threadsafe(tell, *told)
+            loop.call_soon_threadsafe(tell, *answer)
 
     _begin_thread(carry_out)
     loop.call_later(BEGINS_S, give_up)

@@ -225,16 +225,16 @@ class Daemon:
     async def _stay_reachable(self) -> None:
         """Somebody may clean up where the socket lies; who wants to stop the rig must find it. Or where the queue
         lies."""
-        said = ""
+        last_warned = ""
         while True:
             await asyncio.sleep(_SOCKET_S)
             try:
                 found = "was removed, and is there again" if self._server.stay_reachable() else ""
             except RigError as error:
                 found = f"was removed, and cannot be made anew: {error}"
-            if found and found != said:
+            if found and found != last_warned:
                 _LOG.warning("%s %s", self._settings.socket, found)
-            said = found
+            last_warned = found
             if await aside_or_here(self._state.came_back):
                 with contextlib.suppress(OSError):  # gone again
                     self._monitor.belong_to(str(Owner.of(self._settings.state, self._parts.rig.name)))

@@ -123,11 +123,11 @@ def stand_apart() -> None:
         os.setsid()
 
 
-def tell_commander(pipe: Connection, kind: str, said: object) -> None:
+def tell_commander(pipe: Connection, kind: str, content: object) -> None:
     """For the process that commands; one that is gone hears nothing, which keeps no loop from coming to its own end and
     is the more reason for a watcher to watch."""
     with contextlib.suppress(OSError):
-        pipe.send((kind, said))
+        pipe.send((kind, content))
 
 
 def is_stopped(pid: int | None) -> bool:

@@ -38,9 +38,9 @@ def extrapolated(p_mpa: Array, period_s: float, gateway_s: float) -> Array:
     """What a gateway sends on that hears a set-point now and then and goes on as the last two went (dead reckoning,
     IEEE 1278)."""
     t = np.arange(len(p_mpa)) * period_s
-    heard = np.floor(t / gateway_s) * gateway_s
-    last, before = np.interp(heard, t, p_mpa), np.interp(heard - gateway_s, t, p_mpa)
-    return np.asarray(np.clip(last + (last - before) * (t - heard) / gateway_s, LEAST_MPA, MOST_MPA))
+    heard_s = np.floor(t / gateway_s) * gateway_s
+    last, before = np.interp(heard_s, t, p_mpa), np.interp(heard_s - gateway_s, t, p_mpa)
+    return np.asarray(np.clip(last + (last - before) * (t - heard_s) / gateway_s, LEAST_MPA, MOST_MPA))
 
 
 def set_points(

@@ -137,5 +137,5 @@ def agreeing(days: Sequence[EarlierDay], *, every: bool = False) -> EarlierDays:
         kept = "" if every else "; and so do too many to say which days are the healthy ones: all are kept"
         return EarlierDays(list(days), {path: f"{path} disagrees with {how}{kept}" for path, how in found.items()})
     out = "left out (--every-day keeps it)"
-    said = {path: f"{path} is {out}: it disagrees with {how}" for path, how in found.items()}
-    return EarlierDays([day for day in days if day.path not in found], said)
+    odd = {path: f"{path} is {out}: it disagrees with {how}" for path, how in found.items()}
+    return EarlierDays([day for day in days if day.path not in found], odd)

@@ -47,8 +47,8 @@ def diagnose_case(
     )
     if gains is not None:
         diagnosis = _with_worth(gains, model, diagnosis, grounds, records)
-    if said := {name: text for name, text in tags_and_notes(records).items() if text}:
-        diagnosis = replace(diagnosis, evidence=replace(diagnosis.evidence, said=said))
+    if tags := {name: text for name, text in tags_and_notes(records).items() if text}:
+        diagnosis = replace(diagnosis, evidence=replace(diagnosis.evidence, said=tags))
     try:
         write_files(options, DiagnosedCase(case, model, records, sessions, diagnosis, grounds))
     except RigError as error:

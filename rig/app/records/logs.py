@@ -87,9 +87,9 @@ def overview(described: Mapping[str, Any]) -> list[list[str]]:
     return [[file, session, began, f"{described['seconds']:.4g}", str(described["samples"]), missed, ended]]
 
 
-def plain_lines(told: Mapping[str, Any]) -> Iterator[str]:
+def plain_lines(described: Mapping[str, Any]) -> Iterator[str]:
     """A description for a person: a line a value, what belongs to one key below it."""
-    for key, value in told.items():
+    for key, value in described.items():
         if isinstance(value, Mapping) and value:
             yield in_one_line(f"{key}:")
             yield from (f"  {line}" for line in plain_lines(value))

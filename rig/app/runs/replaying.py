@@ -94,8 +94,8 @@ class Replayed:
 
     def to_json(self) -> dict[str, Any]:
         """The result as the commands' reference has it, in the rig's own units."""
-        told: dict[str, Any] = own_plain({**self.outcome.to_json()["runs"][0], **self.comparison}, self.channels)
-        return told | {"file": str(self.file), "figure": str(self.figure), "departures": self.departures}
+        plain: dict[str, Any] = own_plain({**self.outcome.to_json()["runs"][0], **self.comparison}, self.channels)
+        return plain | {"file": str(self.file), "figure": str(self.figure), "departures": self.departures}
 
 
 def prepare(

@@ -61,14 +61,14 @@ class Tracked:
 
     def to_json(self) -> dict[str, Any]:
         """One entry of `runs`."""
-        told = {"reference": self.reference, "feedforward": self.feedforward.value, **asdict(self.score)}
+        plain = {"reference": self.reference, "feedforward": self.feedforward.value, **asdict(self.score)}
         if self.expected is not None:
-            told |= {
+            plain |= {
                 "inverse_residual_rms_deg": self.expected.residual_rms_deg,
                 "inverse_residual_max_deg": self.expected.residual_max_deg,
                 "inverse_iterations": self.expected.iterations,
             }
-        return dict(self.run) | told
+        return dict(self.run) | plain
 
 
 @dataclass(frozen=True)
@@ -116,10 +116,10 @@ def prepare(options: TrackOptions, rig: RigConfig) -> PreparedTracking:
 
 def follow(prepared: PreparedTracking, options: runner.RunOptions) -> tuple[RunOutcome, list[Tracked]]:
     """Carry the runs out and judge those that came to their end."""
-    told = {"closed_loop": asdict(prepared.gains)}
+    gains = {"closed_loop": asdict(prepared.gains)}
     runs = [
         runner.Planned(
-            one.name, program_of(one.plan, number), {**one.plan.facts, **told, "feedforward": one.kind.value}
+            one.name, program_of(one.plan, number), {**one.plan.facts, **gains, "feedforward": one.kind.value}
         )
         for number, one in enumerate(prepared.runs, 1)
     ]

@@ -30,8 +30,8 @@ def precomputed(rig: RigConfig, model: Model, program: Program) -> Iterator[RigC
     """The rig whose angle is what `model` says to `program`; without pressures, for the model says nothing of them."""
     with TemporaryDirectory(prefix="pamrig-") as folder:
         path = Path(folder) / "answer.mcap"
-        said = simulate(model, commands_of(program, rig))
-        write_record(replace(said, p1_mpa=None, p2_mpa=None), path, {"simulated": True})
+        simulated = simulate(model, commands_of(program, rig))
+        write_record(replace(simulated, p1_mpa=None, p2_mpa=None), path, {"simulated": True})
         settings = {"log": str(path), "top_mpa": rig.limits.pressure_mpa[1]}
         yield replace(rig, devices=(DeviceEntry("simulator", "playback", settings, _ROLES),))
 

@@ -66,10 +66,10 @@ _own_zero = click.option(
 
 def former_source_options(command: F) -> F:
     """What `score` had to be told of the cases before it read it from their labels: still understood, in no help."""
-    said = "Understood and not needed: the labels say it."
+    help_text = "Understood and not needed: the labels say it."
     for option in (
-        click.option("--development", is_flag=True, hidden=True, expose_value=False, help=said),
-        click.option("--records", type=path_type, metavar="FOLDER", hidden=True, expose_value=False, help=said),
+        click.option("--development", is_flag=True, hidden=True, expose_value=False, help=help_text),
+        click.option("--records", type=path_type, metavar="FOLDER", hidden=True, expose_value=False, help=help_text),
     ):
         command = option(command)
     return command

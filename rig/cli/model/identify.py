@@ -239,8 +239,8 @@ def validate(model: Path, logs: tuple[Path, ...], beside: tuple[Path, ...], json
     if not result.verdict.bounded:
         verdict = result.verdict
         reached = f"{verdict.worst} reaches {verdict.peak_deg:.3g} deg, allowed {verdict.limit_deg:.3g} deg"
-        said = own_text(reached, models[model].own_channels)
-        raise CheckFailed(f"{model}: not bounded over the sweep range: {said}")
+        why = own_text(reached, models[model].own_channels)
+        raise CheckFailed(f"{model}: not bounded over the sweep range: {why}")
 
 
 def _short_names(paths: Collection[Path]) -> dict[Path, str]:

@@ -55,8 +55,8 @@ def identified_json(found: Identified, output: Path) -> dict[str, Any]:
         else {"rmse_mpa": found.valves.rmse_mpa, "dead_time_s": found.valves.dead_time_s, "notes": found.valves.notes},
         "warnings": found.warnings,
     }
-    told: dict[str, Any] = own_plain(plain, found.model.own_channels)
-    return told | {"parameters": _parameters_json(found)} | channels_json(found.model)
+    in_own_units: dict[str, Any] = own_plain(plain, found.model.own_channels)
+    return in_own_units | {"parameters": _parameters_json(found)} | channels_json(found.model)
 
 
 def _parameters_json(found: Identified) -> dict[str, Any]:
@@ -109,8 +109,8 @@ def validation_json(result: Validation, model: Model) -> dict[str, Any]:
         "records": [score_json(row) for row in result.scores],
         "warnings": result.warnings,
     }
-    told: dict[str, Any] = own_plain(plain, model.own_channels)
-    return told | channels_json(model)
+    in_own_units: dict[str, Any] = own_plain(plain, model.own_channels)
+    return in_own_units | channels_json(model)
 
 
 def show_identified(found: Identified, terminal: Console) -> None:

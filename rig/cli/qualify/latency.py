@@ -44,7 +44,7 @@ def latency(seconds: float, rig_path: Path | None, json_to: str | None) -> None:
         "loop_us": late,
         "cyclictest_us": reference or {},
         "ratio_p99": late["p99"] / reference["p99"] if reference else None,
-        "granted": {name: said == "granted" for name, said in granted.items()},
+        "granted": {name: answer == "granted" for name, answer in granted.items()},
         "realtime": granted,
         "ticks": len(samples),
         "missed": missed,

@@ -104,10 +104,10 @@ def _overridden(settings: "DaemonSettings", web: str | None, **given: Path | Non
 
     from rig.service.settings import parse_web
 
-    said: dict[str, Any] = {key: value for key, value in given.items() if value is not None}
+    overrides: dict[str, Any] = {key: value for key, value in given.items() if value is not None}
     if web is not None:
-        said["web"] = parse_web(web, settings.web)
-    return dataclasses.replace(settings, **said)
+        overrides["web"] = parse_web(web, settings.web)
+    return dataclasses.replace(settings, **overrides)
 
 
 @contextlib.contextmanager

@@ -50,9 +50,9 @@ def table(jobs: Iterable[Job]) -> "Table":
     shown = listing("job", "sweep", "state", "records", "left", "said")
     for job in jobs:
         spoilt = f"{job['not_valid']} not valid" if job.get("not_valid") else ""
-        said = "; ".join(text for text in (spoilt, job["error"]) if text)
+        remark = "; ".join(text for text in (spoilt, job["error"]) if text)
         left = f"{_seconds_left(job):.0f} s" if job["state"] in _OPEN else ""
-        cells = (str(job["id"]), job["name"], job["state"], f"{job['done']} of {job['total']}", left, said)
+        cells = (str(job["id"]), job["name"], job["state"], f"{job['done']} of {job['total']}", left, remark)
         shown.add_row(*cells)
     return shown
 

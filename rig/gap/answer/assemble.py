@@ -102,8 +102,8 @@ def _usual(findings: Findings) -> list[Observation]:
     ]
 
 
-def _notes(findings: Findings, kept: Sequence[Kept], heard: Sequence[str]) -> list[str]:
-    """What doubts the whole comparison; what was `heard` on the way, what the raw samples show that has no name, and
+def _notes(findings: Findings, kept: Sequence[Kept], remarks: Sequence[str]) -> list[str]:
+    """What doubts the whole comparison; what was `remarks` on the way, what the raw samples show that has no name, and
     the names that were dropped; each line once."""
     nameless = (f"{signature.text}: no effect of the library does that" for signature in _strange(findings))
     dropped = (
@@ -115,7 +115,7 @@ def _notes(findings: Findings, kept: Sequence[Kept], heard: Sequence[str]) -> li
     numbered = findings.expected.pairing.numbered and any(each.fit.law.whole_session for each in kept)
     in_turn = [IN_TURN] if numbered else []
     pairing = findings.expected.pairing
-    return list(dict.fromkeys([*pairing.doubts, *pairing.notes, *heard, *nameless, *dropped, *in_turn]))
+    return list(dict.fromkeys([*pairing.doubts, *pairing.notes, *remarks, *nameless, *dropped, *in_turn]))
 
 
 def _strange(findings: Findings) -> list[Signature]:

@@ -263,5 +263,5 @@ class Evidence:
             "model_misfit_deg": self.model_misfit_deg,
             "pairing": [match.to_json() for match in self.pairing],
         }
-        said = {"said": dict(self.said)} if self.said else {}
-        return plain | ({} if self.tracking is None else {"tracking": asdict(self.tracking)}) | said
+        tags = {"said": dict(self.said)} if self.said else {}
+        return plain | ({} if self.tracking is None else {"tracking": asdict(self.tracking)}) | tags

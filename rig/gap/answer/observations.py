@@ -101,9 +101,9 @@ def _observation(signature: Signature, share: float) -> Observation:
     return Observation(signature.test, signature.effect, signature.text, numbers, signature.confidence, share)
 
 
-def stuck_monitors(said: Sequence[str]) -> list[Observation]:
+def stuck_monitors(sentences: Sequence[str]) -> list[Observation]:
     """Monitors that stood still for a while, each in a sentence; what they showed then was left out."""
-    return [Observation(STUCK, None, text, {}, 1.0, 0.0) for text in said]
+    return [Observation(STUCK, None, text, {}, 1.0, 0.0) for text in sentences]
 
 
 def of_monitors_alone(posterior: Posterior) -> Observation:

@@ -179,5 +179,5 @@ class Diagnosis:
             "evidence": self.evidence.to_json(),
             "notes": list(self.notes),
         }
-        told: dict[str, Any] = own_plain(plain, self.channels)
-        return told if self.channels.has_valves else told | {"channels": self.channels.plain()}
+        in_own_units: dict[str, Any] = own_plain(plain, self.channels)
+        return in_own_units if self.channels.has_valves else in_own_units | {"channels": self.channels.plain()}

@@ -89,14 +89,14 @@ def region_shares(pairs: Sequence[Pair], healthy: Sequence[Column], gaps: Sequen
 def over_time(pairs: Sequence[Pair], gaps: Sequence[Column]) -> list[OverTime]:
     """For each record, by its measured rows: the gap (n,), in deg, in its first and last quarter, its drift, and a step
     when there is a plain one."""
-    told = []
+    courses = []
     for pair, whole in zip(pairs, gaps, strict=True):
         measured = pair.used > 0
         t_s, gap = pair.t_s[measured], whole[measured]
         quarter = max(len(gap) // 4, 1)
         slope = np.polyfit(t_s, gap, 1)[0] if len(gap) > 2 else 0.0
         at, share = _step(gap)
-        told.append(
+        courses.append(
             OverTime(
                 pair.name,
                 first_quarter_rms_deg=rms(gap[:quarter]),
@@ -105,7 +105,7 @@ def over_time(pairs: Sequence[Pair], gaps: Sequence[Column]) -> list[OverTime]:
                 step_at_s=float(t_s[at]) if share > STEP_SHARE else None,
             )
         )
-    return told
+    return courses
 
 
 def _step(gap: Column) -> tuple[int, float]:

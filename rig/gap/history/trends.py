@@ -89,9 +89,8 @@ def day_of(name: str, days: float, diagnosis: Diagnosis) -> Day:
     """The day of a diagnosis."""
     named = (size_of(cause.effect, cause.parameters) for cause in diagnosis.causes)
     sizes = {quantity: size for one in named for quantity, size in one.items()}
-    said = diagnosis.evidence.said
-    gap, floor = diagnosis.gap.smoothed_deg, diagnosis.gap.floor_deg
-    return Day(name, days, gap, floor, diagnosis.verdict.value, sizes, said, diagnosis.channels)
+    gap, floor, tags = diagnosis.gap.smoothed_deg, diagnosis.gap.floor_deg, diagnosis.evidence.said
+    return Day(name, days, gap, floor, diagnosis.verdict.value, sizes, tags, diagnosis.channels)
 
 
 def changes(days: Sequence[Day], seed: int = 0) -> list[Change]:

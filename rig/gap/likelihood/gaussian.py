@@ -127,10 +127,10 @@ class Gaussian:
         degrees of freedom, over what the days' factor may be; with the patterns of a rough law as well, where one is
         given."""
         factors, log_chances = _factors(self.pattern_degrees)
-        said = float(np.logaddexp.reduce(log_chances + self.log_densities(residual, factors, law)))
+        own = float(np.logaddexp.reduce(log_chances + self.log_densities(residual, factors, law)))
         if self._looser is None:
-            return said
-        either = np.logaddexp(said, self.log_chance + self._looser.log_density(residual, law))
+            return own
+        either = np.logaddexp(own, self.log_chance + self._looser.log_density(residual, law))
         return float(either - np.logaddexp(0.0, self.log_chance))
 
     @cached_property

@@ -84,8 +84,8 @@ def sweep_text(name: str, entries: Sequence[Entry], comment: str = "") -> str:
     alone = len(rests) == 1
     head: dict[str, Any] = {"name": name, "p0_mpa": rests[:1], "settle_s": SETTLE_S}
     records = [_record(entry, alone) for entry in entries]
-    told = "".join(f"# {line}\n" for line in comment.splitlines())
-    return told + yaml.safe_dump(head | {"records": records}, sort_keys=False, default_flow_style=None)
+    comment_lines = "".join(f"# {line}\n" for line in comment.splitlines())
+    return comment_lines + yaml.safe_dump(head | {"records": records}, sort_keys=False, default_flow_style=None)
 
 
 def _record(entry: Entry, alone: bool) -> dict[str, Any]:

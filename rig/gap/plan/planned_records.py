@@ -117,8 +117,8 @@ def _expected_pair(rig: KnownRig, plan: RunPlan, draw: np.random.Generator) -> P
     def measured(column: Column, noise: float) -> Column:
         return column + noise * draw.standard_normal(len(column))
 
-    heard = [measured(p, rig.noise.pressure_mpa) for p in (p1, p2)] if rig.pressures else [None, None]
-    raw = Record(plan.name, t, dp, measured(angle, rig.noise.angle_deg), u1, u2, *heard)
+    monitors = [measured(p, rig.noise.pressure_mpa) for p in (p1, p2)] if rig.pressures else [None, None]
+    raw = Record(plan.name, t, dp, measured(angle, rig.noise.angle_deg), u1, u2, *monitors)
     case = RunColumns(p1, p2, angle) if rig.pressures else RunColumns(None, None, angle)
     return Pair(plan.name, dt_s, t, u1, u2, case, (), np.ones_like(t), raw, (), t)
 

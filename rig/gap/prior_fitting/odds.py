@@ -76,5 +76,5 @@ def log_likelihood(judged: Sequence[Judgement], odds: Odds, other: Odds) -> floa
     times = np.tile(np.exp([other.none - odds.none, other.unknown - odds.unknown, 0.0]), (len(judged), 1))
     times[:, [FactorTruth.UNKNOWN, FactorTruth.EFFECT]] *= (now / was)[:, None]
     times[[one.after_nothing for one in judged], FactorTruth.NONE] *= np.exp(other.healthy - odds.healthy)
-    said = right * times[np.arange(len(judged)), truth] / np.sum(stated * times, axis=1)
-    return float(np.mean(np.log(said + LEAST_COUNTED)))
+    posterior = right * times[np.arange(len(judged)), truth] / np.sum(stated * times, axis=1)
+    return float(np.mean(np.log(posterior + LEAST_COUNTED)))

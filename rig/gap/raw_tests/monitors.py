@@ -43,8 +43,8 @@ def _wire(name: str, cases: Sequence[Record]) -> Signature:
     middles = [np.nanmedian(column) for column in columns if np.isfinite(column).any()]
     middle = float(np.median(middles)) if middles else 0.0
     below = "reads below zero" if middle < BELOW_ZERO_MPA else None
-    troubles = ((record, said) for record in cases if (said := monitor_trouble(record, name)))
-    trouble = next((said for record, said in troubles if not nothing_answers(record)), below)
+    troubles = ((record, why) for record in cases if (why := monitor_trouble(record, name)))
+    trouble = next((why for record, why in troubles if not nothing_answers(record)), below)
     state = f"{trouble} (a broken wire?)" if trouble else "is alive"
     return Signature(f"{MONITOR} {name}", None, bool(trouble), middle, 0.0, "MPa", f"the monitor of {name} {state}")
 

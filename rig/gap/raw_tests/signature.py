@@ -13,9 +13,9 @@ MONITOR = "monitor of"
 """How the tests of the pressure monitors are called, with p1 or p2 behind it."""
 
 
-def on_days(said: str, days: bool) -> str:
+def on_days(text: str, days: bool) -> str:
     """What the earlier days show of the same, behind what the case shows; empty where there are none."""
-    return f", {said} on the earlier days" if days else ""
+    return f", {text} on the earlier days" if days else ""
 
 
 @dataclass(frozen=True)

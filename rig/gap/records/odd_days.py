@@ -30,7 +30,7 @@ def odd_days(days: Sequence[Day]) -> dict[int, str]:
     between = {channel: _distances(channel, under, len(days)) for channel in ODD_CHANNELS}
     found = {}
     for number in range(len(days)):
-        apart = [said for channel in ODD_CHANNELS if (said := _odd_in(channel, number, between[channel]))]
+        apart = [distance for channel in ODD_CHANNELS if (distance := _odd_in(channel, number, between[channel]))]
         if apart:
             found[number] = ", ".join(apart)
     return found

@@ -107,10 +107,10 @@ def _ambiguous(fitting: Sequence[Record]) -> str:
 def require_partners(matches: Sequence[Match], sessions: int) -> None:
     """RecordError when sessions were given and not one pairs with anything."""
     if sessions and not any(match.partner for match in matches):
-        told = list(dict.fromkeys(f"{match.record}: {match.why}" for match in matches))
+        why_none = list(dict.fromkeys(f"{match.record}: {match.why}" for match in matches))
         which = (
             "the baseline session pairs with no record"
             if sessions == 1
             else f"none of {sessions} baseline sessions pairs with a record"
         )
-        raise RecordError(f"{which}: {reasons(told)}")
+        raise RecordError(f"{which}: {reasons(why_none)}")

@@ -163,7 +163,7 @@ def _from_simulator(levels: str, model: Model, pairing: Pairing) -> Expected:
             "the model is driven by the command: it says nothing of the pressures, and the angle alone is judged"
         )
     missed_deg = model.provenance.rmse_deg or 0.0
-    check_direction([pair.case.angle_deg for pair in pairing.pairs], [said[2] for said in sessions], "the simulator's")
+    check_direction([pair.case.angle_deg for pair in pairing.pairs], [one[2] for one in sessions], "the simulator's")
     lag_s, coarse = _unsure_lag_s(model, pairing)
     judged = replace(pairing, pressures=driven).noting(*coarse)
     made = Expected(ReferenceKind.SIMULATOR, levels, judged, contexts, response, tuple(base))
@@ -180,21 +180,21 @@ def _from_simulator(levels: str, model: Model, pairing: Pairing) -> Expected:
 def _followed(model: Model, pairing: Pairing) -> tuple[Pairing, list[Modelled]]:
     """The records that the simulator can follow at all, and what it says of them; ModelError when it follows less than
     half of them, or is another rig's."""
-    said: list[tuple[Pair, Modelled]] = []
+    followable: list[tuple[Pair, Modelled]] = []
     refused = []
     for pair in pairing.pairs:
         try:
-            said.append((pair, modelled(model, pair)))
+            followable.append((pair, modelled(model, pair)))
         except ModelError as error:
             refused.append(str(error))
-    if said:
-        why = followed([pair for pair, _ in said], [one for _, one in said])
+    if followable:
+        why = followed([pair for pair, _ in followable], [one for _, one in followable])
         refused += filter(None, why)
-        said = [one for one, reason in zip(said, why, strict=True) if not reason]
-    if len(said) <= len(refused):
+        followable = [one for one, reason in zip(followable, why, strict=True) if not reason]
+    if len(followable) <= len(refused):
         raise ModelError(refused[0])
-    kept = replace(pairing, pairs=[pair for pair, _ in said])
-    return kept.noting(*(f"{reason}; left out" for reason in refused)), [one for _, one in said]
+    kept = replace(pairing, pairs=[pair for pair, _ in followable])
+    return kept.noting(*(f"{reason}; left out" for reason in refused)), [one for _, one in followable]
 
 
 def _under_case(context: RecordContext, response: ResponseModel) -> Column:

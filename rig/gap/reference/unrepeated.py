@@ -87,8 +87,8 @@ def unrepeated(lines: Lines, commands: Sequence[Column], days: Column) -> Column
     out = np.empty_like(lines.frequency_hz)
     for k, spectrum in enumerate(spectra):
         here = lines.record == k
-        heard = known if spectrum is None else [spectrum]
-        out[here] = np.mean([np.interp(lines.frequency_hz[here], *one) for one in heard], axis=0)
+        of_this = known if spectrum is None else [spectrum]
+        out[here] = np.mean([np.interp(lines.frequency_hz[here], *one) for one in of_this], axis=0)
     return out
 
 

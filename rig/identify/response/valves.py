@@ -204,5 +204,5 @@ def _fastest(steps: Sequence[_Step], values: Column, dt_s: float, name: str) -> 
     """The steepest rise (fill) or fall (exhaust) of the fitted pressure over some ticks, MPa/s: of the measured one it
     would be the monitor's noise."""
     sign = 1.0 if name.startswith("fill") else -1.0
-    said = [_simulated(values, step, dt_s) for step in steps]
-    return max(float(np.max(sign * (p[_SLOPE_TICKS:] - p[:-_SLOPE_TICKS]))) / (_SLOPE_TICKS * dt_s) for p in said)
+    pressures = [_simulated(values, step, dt_s) for step in steps]
+    return max(float(np.max(sign * (p[_SLOPE_TICKS:] - p[:-_SLOPE_TICKS]))) / (_SLOPE_TICKS * dt_s) for p in pressures)

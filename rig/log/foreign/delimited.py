@@ -208,8 +208,8 @@ def _careful(table: TextTable, looked_at: list[int]) -> NDArray[np.float64]:
         where, cells = f"{table.path}, row {table.first_row + number}", filled(row, names)
         if len(cells) != len(names):
             hint = _SEPARATOR_HINT if len(cells) == 2 * len(names) and table.style.separator == "," else ""
-            told = f"{counted(len(cells), 'cell')} where the header names {counted(len(names), 'column')}"
-            raise RecordError(f"{where}: {told}{hint}")
+            mismatch = f"{counted(len(cells), 'cell')} where the header names {counted(len(names), 'column')}"
+            raise RecordError(f"{where}: {mismatch}{hint}")
         if number == 0:
             stamps = {column: Stamps(found) for column in looked_at if (found := stamp(cells[column])) is not None}
         for column in looked_at:

@@ -177,9 +177,9 @@ def ended_of(facts: Mapping[str, Any]) -> Ended | None:
 
     Files from before `ended` was written say it by `fault` and `complete`.
     """
-    said = facts.get("ended")
-    if isinstance(said, str) and said in set(Ended):
-        return Ended(said)
+    ended = facts.get("ended")
+    if isinstance(ended, str) and ended in set(Ended):
+        return Ended(ended)
     if facts.get("fault"):
         return Ended.FAULT
     complete = facts.get("complete")

@@ -64,12 +64,12 @@ class External:
         answer = _loaded(self.source, tuple(sorted(self.names.items())))
         with _patience(self.patience_s, self.source, float(time_s[-1])):
             try:
-                said = answer(time_s, p1_mpa.copy(), p2_mpa.copy(), start_deg)
+                angle = answer(time_s, p1_mpa.copy(), p2_mpa.copy(), start_deg)
             except ModelError:
                 raise
             except (Exception, SystemExit) as error:  # noqa: BLE001  # somebody else's code: told in one line
                 raise ModelError(f"{self.source}: raised {_told(error)}") from None
-        return _checked(said, time_s, self.source)
+        return _checked(angle, time_s, self.source)
 
 
 def load(source: str, names: Mapping[str, str]) -> None:
@@ -114,15 +114,15 @@ def _function(source: str, module: str, name: str) -> Callable[..., Any]:
     return cast(Callable[..., Any], function)
 
 
-def _checked(said: Any, time_s: Any, source: str) -> Any:
+def _checked(answer: Any, time_s: Any, source: str) -> Any:
     """The answer as a column of its own; ModelError when it is not one."""
     import numpy as np
 
     try:
-        angle = np.array(said, dtype=np.float64)
+        angle = np.array(answer, dtype=np.float64)
     except (TypeError, ValueError):
         raise ModelError(
-            f"{source}: answered with {type(said).__name__}; expected {len(time_s)} numbers, the angle in deg"
+            f"{source}: answered with {type(answer).__name__}; expected {len(time_s)} numbers, the angle in deg"
         ) from None
     if angle.shape != time_s.shape:
         raise ModelError(
@@ -175,9 +175,9 @@ def _remembered(who: tuple[Any, ...], asked: tuple[Any, ...], ask: Callable[[], 
         if key in _ANSWERS:
             _ANSWERS.move_to_end(key)
             return _ANSWERS[key]
-    said = ask()
+    answer = ask()
     with _LOCK:
-        _ANSWERS[key] = said
+        _ANSWERS[key] = answer
         while len(_ANSWERS) > _KEPT:
             _ANSWERS.popitem(last=False)
-    return said
+    return answer

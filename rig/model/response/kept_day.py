@@ -86,8 +86,8 @@ def _kept(records: Sequence[Record]) -> list[Record]:
 
 
 def _whole(record: Record) -> bool:
-    told = [getattr(record, name) for name in (*_COMMANDS, *_MEASURED)]
-    return record.angle_deg is not None and all(bool(np.isfinite(each).all()) for each in told if each is not None)
+    columns = [getattr(record, name) for name in (*_COMMANDS, *_MEASURED)]
+    return record.angle_deg is not None and all(bool(np.isfinite(each).all()) for each in columns if each is not None)
 
 
 def _head(record: Record) -> tuple[dict[str, Any], list[Column]]:
@@ -103,15 +103,15 @@ def _head(record: Record) -> tuple[dict[str, Any], list[Column]]:
             steps[name] = float(np.clip(NOISE_STEP * white_noise([column]), LEAST_STEP * span, MOST_STEP * span))
             column = thinned(column, apart)
         whole.append(np.round(column / steps[name]))
-    said = conditions(record)
+    stated = conditions(record)
     head = {
         "name": record.name,
         "rows": len(record),
         "period_s": record.period_s,
         "apart": apart,
         "steps": steps,
-        "facts": said | {name: record.facts[name] for name in _FACTS if name in record.facts},
-        "columns": [name for name in said if name in record.extra],
+        "facts": stated | {name: record.facts[name] for name in _FACTS if name in record.facts},
+        "columns": [name for name in stated if name in record.extra],
     }
     return head, whole
 
@@ -119,11 +119,11 @@ def _head(record: Record) -> tuple[dict[str, Any], list[Column]]:
 def _beside(record: Record) -> dict[str, Column]:
     """The columns by name; what each valve was commanded less its half of the difference, which mostly stands still."""
     half = 0.5 * record.dp_cmd_mpa
-    told = {"dp_cmd_mpa": record.dp_cmd_mpa}
+    columns = {"dp_cmd_mpa": record.dp_cmd_mpa}
     if record.p1_cmd_mpa is not None and record.p2_cmd_mpa is not None:
-        told |= {"p1_cmd_mpa": record.p1_cmd_mpa - half, "p2_cmd_mpa": record.p2_cmd_mpa + half}
+        columns |= {"p1_cmd_mpa": record.p1_cmd_mpa - half, "p2_cmd_mpa": record.p2_cmd_mpa + half}
     measured = {name: getattr(record, name) for name in _MEASURED}
-    return told | {name: column for name, column in measured.items() if column is not None}
+    return columns | {name: column for name, column in measured.items() if column is not None}
 
 
 def _bytes_of(whole: Column) -> bytes:
@@ -157,6 +157,6 @@ def _records(heads: Sequence[Mapping[str, Any]], body: bytes) -> Iterator[Record
             columns |= {"p1_cmd_mpa": columns["p1_cmd_mpa"] + half, "p2_cmd_mpa": columns["p2_cmd_mpa"] - half}
         facts = dict(head["facts"])
         extra = {name: np.full(rows, float(facts.pop(name))) for name in head["columns"]}
-        told: dict[str, Any] = dict(columns)
+        by_name: dict[str, Any] = dict(columns)
         time = float(head["period_s"]) * np.arange(rows, dtype=np.float64)
-        yield Record(str(head["name"]), time, extra=extra, facts=facts, **told)
+        yield Record(str(head["name"]), time, extra=extra, facts=facts, **by_name)

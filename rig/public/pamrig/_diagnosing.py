@@ -29,8 +29,8 @@ Reference = Literal["auto", "sessions", "session", "fingerprint", "simulator"]
 class Diagnosis(Tabled):
     """Where the gap lies, which effects cause it, how far it shrinks with them.
 
-    >>> said = pamrig.diagnose("simulated", "worn")
-    >>> said.verdict, said.causes[0].stage
+    >>> diagnosis = pamrig.diagnose("simulated", "worn")
+    >>> diagnosis.verdict, diagnosis.causes[0].stage
     ('explained', 'valve')
     """
 

@@ -128,8 +128,8 @@ class Identified(Tabled):
             (name, parameter_text(each.value, each.std), shown(each.std, 2), each.unit, ends[each.at_bound])
             for name, each in free.items()
         ]
-        said = own_text(f"RMSE {self.rmse_deg:.3g} deg", self.model.own_channels)
-        return Table(("parameter", "value", "std", "unit", ""), rows, said)
+        rmse = own_text(f"RMSE {self.rmse_deg:.3g} deg", self.model.own_channels)
+        return Table(("parameter", "value", "std", "unit", ""), rows, rmse)
 
 
 def identify(
@@ -257,7 +257,7 @@ def _worst(model: Model, records: list[Record], scores: list[judging.Score], opt
     data = prepare(records[worst], model, options)
     source = "commanded" if model.muscle.input is Input.COMMAND else "measured"
     own = records[worst].channels
-    said = {model.muscle.kind.upper(): own.own_output(predict(model, data))}
+    predicted = {model.muscle.kind.upper(): own.own_output(predict(model, data))}
     drive, measured = own.own_input(data.p1_mpa - data.p2_mpa), own.own_output(data.angle_deg)
     label = own_text(f"p1 - p2 {source} [MPa]", own)
-    return Picture(comparison_figure(records[worst].name, data.grid.t_s, drive, measured, said, label, own))
+    return Picture(comparison_figure(records[worst].name, data.grid.t_s, drive, measured, predicted, label, own))

@@ -52,10 +52,10 @@ class Table:
 
     def to_html(self) -> str:
         """As HTML; everything in it is text."""
-        said = f"<p><b>{escape(self.title)}</b></p>" if self.title else ""
+        title = f"<p><b>{escape(self.title)}</b></p>" if self.title else ""
         titles = "".join(f"<th>{escape(each)}</th>" for each in self.head)
         body = "".join(f"<tr>{''.join(f'<td>{escape(str(cell))}</td>' for cell in row)}</tr>" for row in self.rows)
-        return f"{said}<table><thead><tr>{titles}</tr></thead><tbody>{body}</tbody></table>"
+        return f"{title}<table><thead><tr>{titles}</tr></thead><tbody>{body}</tbody></table>"
 
     def to_text(self) -> str:
         """As lines of text, columns under each other; titles only where there are any."""

@@ -38,9 +38,9 @@ class Rig:
 
     def __repr__(self) -> str:
         added = [effect.effect for effect in self.options.get("effects", ())]
-        said = [self.config.name, f"{self.config.period_ns / 1e6:g} ms", "simulated" if self.simulated else "real"]
-        said += [f"seed {self.seed}"] if self.seed is not None else []
-        return f"Rig({', '.join(said)}{', with ' + ', '.join(added) if added else ''})"
+        parts = [self.config.name, f"{self.config.period_ns / 1e6:g} ms", "simulated" if self.simulated else "real"]
+        parts += [f"seed {self.seed}"] if self.seed is not None else []
+        return f"Rig({', '.join(parts)}{', with ' + ', '.join(added) if added else ''})"
 
 
 def load_rig(place: str | Path) -> Rig:

@@ -100,9 +100,9 @@ def assert_no_gap() -> AssertNoGap:
     def check(logs: "Logs", model: "Model | str | Path | None" = "simulated", baselines: "Iterable[Logs]" = ()) -> None:
         import pamrig
 
-        said = pamrig.diagnose(model, logs, baselines)
-        if said.verdict != "none":
-            pytest.fail("\n".join(f"{question} {answer}" for question, answer in said.answers.items()), pytrace=False)
+        found = pamrig.diagnose(model, logs, baselines)
+        if found.verdict != "none":
+            pytest.fail("\n".join(f"{question} {answer}" for question, answer in found.answers.items()), pytrace=False)
 
     return check
 

@@ -41,10 +41,10 @@ def bench_history() -> dict[str, Any]:
 def _changed(draw: Callable[[Generator], Column], false: bool) -> dict[str, Any]:
     """Of how many histories a change is said, and whether that is a `false` one."""
     random = np.random.default_rng(17)
-    said = [bool(changes(_days(draw(random)), seed)) for seed in range(SERIES)]
+    changed = [bool(changes(_days(draw(random)), seed)) for seed in range(SERIES)]
     if false:
-        return share(said, better="lower", goal=100 * FALSE_ALARM_RATE, seeded=True, why="the rate is a promise")
-    return share(said, seeded=True, why="the size of the step is chosen here")
+        return share(changed, better="lower", goal=100 * FALSE_ALARM_RATE, seeded=True, why="the rate is a promise")
+    return share(changed, seeded=True, why="the size of the step is chosen here")
 
 
 def _days(gaps_deg: Column) -> list[Day]:

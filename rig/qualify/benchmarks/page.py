@@ -226,9 +226,9 @@ def _frames(page: Any) -> float:
 def _browser_s(chromium: Any) -> float:
     """Processor time of all processes of the browser so far, as it says itself."""
     session = chromium.new_browser_cdp_session()
-    told = session.send("SystemInfo.getProcessInfo")["processInfo"]
+    each_process = session.send("SystemInfo.getProcessInfo")["processInfo"]
     session.detach()
-    return sum(float(process["cpuTime"]) for process in told)
+    return sum(float(process["cpuTime"]) for process in each_process)
 
 
 @contextlib.contextmanager

@@ -136,11 +136,11 @@ def _changed(place: Path, case: TrackingCase) -> Errors:
 
 def _track(place: Path, rig: Path, name: str, kinds: Sequence[str], more: Sequence[object] = ()) -> Errors:
     wanted = [word for kind in kinds for word in ("--feedforward", kind)]
-    told = pamrig(
+    output = pamrig(
         "track", place / "reference.yaml", "--rig", rig, "--model", place / "model.yaml", *more, *wanted, *_VIRTUAL,
         "-o", place / f"{name}_followed", "--json", "-",
     )  # fmt: skip
-    return {(run["reference"], run["feedforward"]): run["rmse_deg"] for run in json.loads(told)["runs"]}
+    return {(run["reference"], run["feedforward"]): run["rmse_deg"] for run in json.loads(output)["runs"]}
 
 
 def _rig(place: Path, rig: str, day: int, changed: Mapping[str, Any]) -> Path:

@@ -34,13 +34,13 @@ def interrupt_opening(folder: Path, sweep: Path, start_s: float) -> int:
                 _await_opening(run, port, start_s)
                 now_ns = time.monotonic_ns()
                 run.send_signal(signal.SIGINT)
-                _, said = run.communicate(timeout=_ENDS_S)
+                _, errors = run.communicate(timeout=_ENDS_S)
             except subprocess.TimeoutExpired:
                 raise CheckFailed(f"a run that opens its rig did not end within {_ENDS_S:g} s of Ctrl-C") from None
             finally:
                 run.kill()
-    if run.returncode != 130 or _SAYS not in said:
-        raise CheckFailed(f"Ctrl-C while a rig opens ended with {run.returncode}: {said[-300:]}")
+    if run.returncode != 130 or _SAYS not in errors:
+        raise CheckFailed(f"Ctrl-C while a rig opens ended with {run.returncode}: {errors[-300:]}")
     return now_ns
 
 

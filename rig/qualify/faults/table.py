@@ -49,7 +49,7 @@ class FaultRow:
     """Names of the fault that may be reported; empty: none, the sweep goes on."""
     bound_ms: float = 0.0
     """From the fault to the safe set-points at the valves."""
-    said: str = ""
+    in_log: str = ""
     """What the daemon's log must say besides the cause."""
     control_dies: bool = False
 
@@ -374,8 +374,8 @@ TABLE: Final[tuple[FaultRow, ...]] = (
         100.0,
     ),
     FaultRow("estop", "`pamrig estop`", estop, ("ESTOP",), 10.0),
-    FaultRow("full disk", "the disk takes nothing any more", _full_disk, (), said="not valid"),
-    FaultRow("moved", "the folder of the record is moved away", _moved, (), said="was deleted or moved"),
+    FaultRow("full disk", "the disk takes nothing any more", _full_disk, (), in_log="not valid"),
+    FaultRow("moved", "the folder of the record is moved away", _moved, (), in_log="was deleted or moved"),
     FaultRow("opening", "Ctrl-C to another `pamrig run` while its rig opens", _interrupted, ()),
     FaultRow("flood", "four floods and a subscriber that does not read", _flood, ()),
     FaultRow("second daemon", "another daemon is started", _second_daemon, ()),

@@ -74,7 +74,9 @@ def _unmoved(bench: FaultBench, row: FaultRow, seen: _Seen) -> Finding:
         raise Spoilt(cause)
     missed = bench.status()["loop"]["missed"] - seen.missed
     log = bench.log_text()[seen.log_chars :]
-    problem = f"the rig stopped: {cause}" if cause else "" if row.said in log else f"the log does not say {row.said!r}"
+    problem = (
+        f"the rig stopped: {cause}" if cause else "" if row.in_log in log else f"the log does not say {row.in_log!r}"
+    )
     return Finding(row, cause, None, f"{counted(missed, 'period')} skipped" if missed else "on the grid", problem)
 
 
@@ -104,8 +106,8 @@ def _stopped(bench: FaultBench, row: FaultRow, seen: _Seen, since_ns: int) -> Fi
 def _problem(row: FaultRow, cause: str, ms: float, log: str, evidence: str) -> str:
     if cause not in row.causes:
         return f"the cause is given as {cause or 'none'}, not {' or '.join(row.causes)}"
-    if row.said not in log:
-        return f"the log does not say {row.said!r}"
+    if row.in_log not in log:
+        return f"the log does not say {row.in_log!r}"
     if ms > row.bound_ms:
         return f"{ms:.1f} ms to the safe state; the bound is {row.bound_ms:g} ms"
     return "" if evidence else "no evidence was kept"

@@ -26,8 +26,8 @@ def table(figures: Figures) -> str:
     """One benchmark's figures; below them why some stand alone."""
     lines = [HEAD.split(" | "), ["---"] * 6, *(_cells(name, row) for name, row in figures.items())]
     reasons = dict.fromkeys(_reasons(figures))
-    told = "".join(f"\nWithout a peer or a limit: {reason}.\n" for reason in reasons)
-    return "".join(f"| {' | '.join(line)} |\n" for line in lines) + told
+    remarks = "".join(f"\nWithout a peer or a limit: {reason}.\n" for reason in reasons)
+    return "".join(f"| {' | '.join(line)} |\n" for line in lines) + remarks
 
 
 def _reasons(figures: Figures) -> Iterator[str]:

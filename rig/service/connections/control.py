@@ -139,10 +139,10 @@ class Server:
             os.close(self._lock)
             self._lock = None
 
-    def _stopped_at_once(self, client: socket.socket, said: bytes) -> bool:
+    def _stopped_at_once(self, client: socket.socket, first_bytes: bytes) -> bool:
         """An emergency stop begins before its client has a place; it comes first then, and is answered like any
         other."""
-        line, whole, _ = said.partition(b"\n")
+        line, whole, _ = first_bytes.partition(b"\n")
         with contextlib.suppress(Refused):
             if whole and protocol.may_be_an_estop(line) and protocol.parse(protocol.decode(line)).command == "estop":
                 if socket_access.may_command(client, self._group):

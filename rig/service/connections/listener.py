@@ -117,8 +117,8 @@ class Listener:
                 self._keep_a_spare()
                 return
             client.setblocking(False)
-            said = _peeked(client)
-            if said and self._comes_first(client, said):
+            first_bytes = _peeked(client)
+            if first_bytes and self._comes_first(client, first_bytes):
                 self._let_in(client)
                 return
             client.close()
@@ -151,12 +151,12 @@ class Listener:
 
     def _spoke(self, client: socket.socket) -> bool:
         """Whether the client has said anything; what it was decides whether he still waits."""
-        said = _peeked(client)
-        if said is None:
+        first_bytes = _peeked(client)
+        if first_bytes is None:
             return False
-        if not said:
+        if not first_bytes:
             self._leave(client).close()
-        elif self._comes_first(client, said):
+        elif self._comes_first(client, first_bytes):
             self._let_in(self._leave(client))
         else:
             self._loop.remove_reader(client)

@@ -286,14 +286,14 @@ class QueueRunner:
                 return None
             await asyncio.sleep(_POLL_S)
         result = self._monitor.results.pop(run)
-        said = "valid" if result.valid else "stopped" if result.ended is Ended.STOPPED else "not valid"
+        verdict = "valid" if result.valid else "stopped" if result.ended is Ended.STOPPED else "not valid"
         _LOG.info(
             "%s: %d ticks, %d missed, %d dropped, %s",
             result.file.name,
             result.ticks,
             result.missed,
             result.dropped,
-            said,
+            verdict,
         )
         return result
 

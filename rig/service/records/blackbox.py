@@ -29,7 +29,7 @@ class Box:
     """What a ring held at a moment, on its way to a file: the ring goes on."""
 
     fault: Fault
-    said: str
+    message: str
     stamp: str
     about: Mapping[str, Any]
     wall_offset_ns: int
@@ -49,31 +49,32 @@ class Box:
             for count, packed in enumerate(self.packed):
                 time_ns = unpack(packed).scheduled_ns + self.wall_offset_ns
                 writer.add(packed, time_ns, count)
-            writer.log("fatal", explain(self.fault, self.said), time_ns)
+            writer.log("fatal", explain(self.fault, self.message), time_ns)
             return writer.finish({"valid": True, "ticks": len(self.packed), "fault": explain(self.fault)})
         except RecordError:
             writer.discard()
             raise
 
 
-def take(ring: Ring, fault: Fault, said: str, facts: Mapping[str, Any] | None = None) -> Box:
-    """The last BLACK_BOX_S of `ring`; `said` stands in its log beside the cause. In any process that has the ring."""
+def take(ring: Ring, fault: Fault, message: str, facts: Mapping[str, Any] | None = None) -> Box:
+    """The last BLACK_BOX_S of `ring`; `message` stands in its log beside the cause. In any process that has the
+    ring."""
     about = {
         "started_ns": time.time_ns(),
         "kind": BLACK_BOX,
         "name": f"blackbox_{fault.name.lower()}",
         "session": f"{ring.block.session:016x}",
         "fault": explain(fault),
-        "said": said,
+        "said": message,
         **(facts or {}),
     }
     stamp = datetime.now(UTC).strftime("%Y%m%dT%H%M%S.%fZ")
-    return Box(fault, said, stamp, about, time.time_ns() - time.monotonic_ns(), tuple(_last(ring, BLACK_BOX_S)))
+    return Box(fault, message, stamp, about, time.time_ns() - time.monotonic_ns(), tuple(_last(ring, BLACK_BOX_S)))
 
 
-def save(ring: Ring, out: Path, fault: Fault, said: str, facts: Mapping[str, Any] | None = None) -> Path:
+def save(ring: Ring, out: Path, fault: Fault, message: str, facts: Mapping[str, Any] | None = None) -> Path:
     """Write the last BLACK_BOX_S of `ring` into `out`; returns the file. RecordError when the disk refuses."""
-    return take(ring, fault, said, facts).write(out)
+    return take(ring, fault, message, facts).write(out)
 
 
 def _last(ring: Ring, seconds: float) -> Iterator[bytes]:
@@ -130,8 +131,8 @@ def salvage(out: Path, owner: Owner) -> tuple[list[Path], list[str]]:
             newest = ring.latest()
             if newest is not None:
                 fault = Fault(newest.fault) if newest.fault else Fault.CONTROL_LOST
-                said = "saved by the next daemon from the memory of one that had died"
-                saved.append(save(ring, out, fault, said, {"rig": its.rig}))
+                message = "saved by the next daemon from the memory of one that had died"
+                saved.append(save(ring, out, fault, message, {"rig": its.rig}))
         except LayoutError as error:
             stay.append(f"{error}; left by a dead daemon, and not touched")
             continue

@@ -35,9 +35,9 @@ class OperatingTime:
 def _read(path: Path) -> float | None:
     """Seconds by the file; 0 without one, None when it holds something else."""
     try:
-        said = float(json.loads(path.read_text(encoding="utf-8"))["operating_s"])
+        seconds = float(json.loads(path.read_text(encoding="utf-8"))["operating_s"])
     except FileNotFoundError:
         return 0.0
     except (OSError, ValueError, TypeError, KeyError, OverflowError, RecursionError):
         return None
-    return said if math.isfinite(said) and said >= 0.0 else None
+    return seconds if math.isfinite(seconds) and seconds >= 0.0 else None

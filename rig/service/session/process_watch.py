@@ -144,11 +144,11 @@ class ProcessWatch:
         if not self._loop.is_alive():
             return Loss(self.loop_fault, "", of_the_loop=True)
         if self._timed and (slept_s := _suspended_s() - self._suspended_s) > _SUSPENDED_S:
-            said = f"the machine was suspended for {slept_s:.0f} s, and the rig was in nobody's hands"
-            return Loss(Fault.LONG_STALL, said)
+            message = f"the machine was suspended for {slept_s:.0f} s, and the rig was in nobody's hands"
+            return Loss(Fault.LONG_STALL, message)
         if self._silent():
-            said = f"the loop has not moved for {self._patience_ns / 1e9:g} s"
-            return Loss(Fault.LOOP_DIED, said, of_the_loop=True)
+            message = f"the loop has not moved for {self._patience_ns / 1e9:g} s"
+            return Loss(Fault.LOOP_DIED, message, of_the_loop=True)
         if not self._recorder.is_alive():
             return Loss(Fault.RECORDER_DIED, "the recorder's process is gone")
         if why := self._recorder_stands():

@@ -26,8 +26,8 @@ def await_end(recorder: BaseProcess, ring: Ring, say: Callable[[str], None], loo
     It is killed when it has done nothing for DISK_PATIENCE_S, neither read from the ring nor written. Meanwhile `look`
     is called all the time, and `say` every SAY_EVERY_S with a line on what is waited for.
     """
-    done, told = _done(recorder, ring), time.monotonic()
-    since, silence = told, Silence(DISK_PATIENCE_S * 1e9)
+    done, said_at_s = _done(recorder, ring), time.monotonic()
+    since, silence = said_at_s, Silence(DISK_PATIENCE_S * 1e9)
     while recorder.is_alive():
         recorder.join(_LOOK_S)
         look()
@@ -39,8 +39,8 @@ def await_end(recorder: BaseProcess, ring: Ring, say: Callable[[str], None], loo
             recorder.kill()
             recorder.join(_KILL_S)
             return f"the disk took nothing for {DISK_PATIENCE_S:g} s, and the recorder was ended"
-        if now - told > SAY_EVERY_S:
-            told = now
+        if now - said_at_s > SAY_EVERY_S:
+            said_at_s = now
             say(
                 f"waiting for the recorder (process {recorder.pid}): its disk has taken nothing for {now - since:.0f} s"
                 f", and is given up after {DISK_PATIENCE_S:g}"
@@ -57,10 +57,10 @@ def _done(recorder: BaseProcess, ring: Ring) -> tuple[int, str]:
     return ring.recorded, wrote
 
 
-def abandoned(told: Mapping[int, Path], ring: Ring, why: str) -> list[RunResult]:
-    """The results of runs that a recorder was `told` of and left unfinished, as far as the ring still knows them; none
-    of runs that had not begun."""
-    left = {run: place for run, path in told.items() if (place := _place(path)) is not None}
+def abandoned(files: Mapping[int, Path], ring: Ring, why: str) -> list[RunResult]:
+    """The results of runs that a recorder left unfinished (`files`: of each run that it still owed), as far as the ring
+    still knows them; none of runs that had not begun."""
+    left = {run: place for run, path in files.items() if (place := _place(path)) is not None}
     if not left:
         return []
     runs = [unpack(packed).run for packed in RingReader(ring, max(ring.head - ring.capacity, 0))]

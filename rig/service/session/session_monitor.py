@@ -240,13 +240,13 @@ class SessionMonitor:
 
     def _of_the_device(self, facts: Mapping[str, str]) -> list[str]:
         """Pace, fail-safe and warnings, and what would be left without us; Refused when that takes too long."""
-        said = [f"{key}: {text}" for key, text in facts_for_operator(facts).items()]
+        facts_lines = [f"{key}: {text}" for key, text in facts_for_operator(facts).items()]
         if self._parts.simulated:
-            return said
+            return facts_lines
         left = last_resort(self._parts.rig, facts)
         if left.problems and not self._force:
             raise Refused(Code.REFUSED, f"{left.problems[0]}; shorten it, or set force: true in the daemon's settings")
-        return [*said, *left.problems, *left.lines]
+        return [*facts_lines, *left.problems, *left.lines]
 
     async def disarm(self) -> None:
         """Let go of the rig: the safe set-points stay."""

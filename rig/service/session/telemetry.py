@@ -114,12 +114,12 @@ class Telemetry:
         return shown
 
 
-def fault_json(fault: Fault, said: str) -> dict[str, Any] | None:
-    """A fault as the status shows it; None for none. `said` is what is known beside its cause."""
+def fault_json(fault: Fault, message: str) -> dict[str, Any] | None:
+    """A fault as the status shows it; None for none. `message` is what is known beside its cause."""
     if fault is Fault.NONE:
         return None
     cause, hint = EXPLANATIONS[fault]
-    return {"code": int(fault), "name": fault.name, "cause": cause, "hint": hint, "said": said}
+    return {"code": int(fault), "name": fault.name, "cause": cause, "hint": hint, "said": message}
 
 
 def safe_json(report: SafeReport | None, safe_mpa: tuple[float, float]) -> dict[str, Any] | None:

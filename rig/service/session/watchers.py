@@ -76,7 +76,7 @@ class Watchers:
 
     def trouble(self) -> str:
         """Why the watchers cannot all be relied on; empty while they can."""
-        return next((said for writer in self.processes if (said := self._trouble_of(writer))), "")
+        return next((why for writer in self.processes if (why := self._trouble_of(writer))), "")
 
     def works(self, writer: Writer) -> bool:
         """That watcher is there and looks."""
@@ -116,10 +116,10 @@ def await_ready(
         meanwhile()
         try:
             if pipe.poll(_READY_LOOK_S):
-                kind, said = pipe.recv()
+                kind, content = pipe.recv()
                 if kind == "ready":
-                    return dict(said)
-                raise {"device": DeviceError, "config": ConfigError}.get(kind, RigError)(said)
+                    return dict(content)
+                raise {"device": DeviceError, "config": ConfigError}.get(kind, RigError)(content)
         except (EOFError, ConnectionResetError):  # the other: with a word unread that it was told
             break
     else:

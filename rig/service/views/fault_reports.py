@@ -79,7 +79,7 @@ class FaultReports:
             return
         message = self._monitor.message
         box: blackbox.Box | None = None
-        said = ""
+        last_error = ""
         while True:
             last = self._ending.is_set()
             try:
@@ -90,9 +90,9 @@ class FaultReports:
                 if last:
                     self._lose(fault.name, str(error))
                     return
-                if str(error) != said:
-                    said = str(error)
-                    _LOG.error("the black box could not be written, and is tried again: %s", said)
+                if str(error) != last_error:
+                    last_error = str(error)
+                    _LOG.error("the black box could not be written, and is tried again: %s", last_error)
                 if sum(not task.done() for task in self.tasks) > MOST_WAITING:
                     _LOG.error("the black box of %s is lost: so many wait already", fault.name)
                     return

@@ -145,8 +145,8 @@ class Site:
     def _first(self) -> list[dict[str, Any]]:
         """What a new viewer has to know."""
         history = {"fine": list(self._feed.fine), "coarse": list(self._feed.coarse)}
-        told = {"kind": "hello", "fresh_s": FRESH_S, "simulator": bool(self._feed.simulates), **history}
-        return [told, {"kind": "status", **self._with_command_holder(self._shown)}]
+        hello = {"kind": "hello", "fresh_s": FRESH_S, "simulator": bool(self._feed.simulates), **history}
+        return [hello, {"kind": "status", **self._with_command_holder(self._shown)}]
 
 
 def _feed(setup: PageSetup) -> Feed:

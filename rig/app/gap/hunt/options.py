@@ -56,5 +56,5 @@ def _digest(rig: RigConfig) -> str:
     limits, its safe state and its tags may change while a hunt waits."""
     devices = [(each.name, each.kind, each.settings, sorted(each.roles)) for each in rig.devices]
     files = [sha256(text).hexdigest() for _, text in sorted(rig.used.items())]
-    told = [rig.period_ns, devices, rig.calibration, rig.channels.plain(), [str(one) for one in rig.further], files]
-    return sha256(json.dumps(told, sort_keys=True, default=str).encode("utf-8", "backslashreplace")).hexdigest()
+    basis = [rig.period_ns, devices, rig.calibration, rig.channels.plain(), [str(one) for one in rig.further], files]
+    return sha256(json.dumps(basis, sort_keys=True, default=str).encode("utf-8", "backslashreplace")).hexdigest()

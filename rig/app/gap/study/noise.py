@@ -30,9 +30,9 @@ def with_noise(
     """The levels with the noise of these families' rigs; `report` is told how many rigs are done."""
     rigs = rigs_of(plan)
     with executor(None, plan.workers) as pool:
-        heard = list(reported(pool.map(_of_rig, rigs), report, 0))
+        noises = list(reported(pool.map(_of_rig, rigs), report, 0))
     found = fit_noise(
-        [[one for case, one in zip(rigs, heard, strict=True) if case.family == name] for name in plan.families]
+        [[one for case, one in zip(rigs, noises, strict=True) if case.family == name] for name in plan.families]
     )
     command = f"pamrig gap study noise --units {plan.units} --seed {plan.seed}"
     made = origin(command, [plan.seed], plan.families, f"{len(rigs)} rigs, a healthy day each")

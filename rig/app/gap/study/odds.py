@@ -76,8 +76,8 @@ def _judgements(folder: CheckFolder, left_out: Sequence[str]) -> Iterator[tuple[
         probability, (truth, names) = factor.probability, _true(factor.acting)
         right = sum(probability.get(one, 0.0) for one in names)
         none, unknown = probability.get(NONE, 0.0), probability.get(UNKNOWN, 0.0)
-        said = Judgement(truth, none, unknown, right, factor.alone, factor.after_nothing)
-        yield ALSO_FITTED.get(factor.reference, factor.reference), factor.family, said
+        judgement = Judgement(truth, none, unknown, right, factor.alone, factor.after_nothing)
+        yield ALSO_FITTED.get(factor.reference, factor.reference), factor.family, judgement
 
 
 def _true(acting: Sequence[str]) -> tuple[FactorTruth, list[str]]:

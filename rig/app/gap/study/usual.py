@@ -43,10 +43,10 @@ def with_usual(
     rigs = rigs_of(plan)
     with executor(None, plan.workers) as pool:
         days = list(reported(pool.map(_of_rig, rigs, repeat(bare)), report, 0))
-    told = [(rig.family, day) for rig, some in zip(rigs, days, strict=True) for day in some]
-    found = fit_usual([[day for family, day in told if family == name] for name in plan.families], levels.prior)
+    healthy_days = [(rig.family, day) for rig, some in zip(rigs, days, strict=True) for day in some]
+    found = fit_usual([[day for family, day in healthy_days if family == name] for name in plan.families], levels.prior)
     command = f"pamrig gap study usual --units {plan.units} --seed {plan.seed}"
-    made = origin(command, [plan.seed], plan.families, f"{len(rigs)} rigs, {len(told)} healthy days")
+    made = origin(command, [plan.seed], plan.families, f"{len(rigs)} rigs, {len(healthy_days)} healthy days")
     changed = {name: replace(levels.levels[name], usual=found) for name in USUAL_BESIDE}
     provenance = levels.provenance.renewed({f"levels.{name}.usual": made for name in USUAL_BESIDE})
     return replace(levels, levels={**levels.levels, **changed}, provenance=provenance), found

@@ -121,7 +121,7 @@ def beside_pressures(
 def _simulated(model: Model, expected: Expected) -> list[Column] | None:
     """The simulated angle (deg) of each pair at the raw record's times; None where the model runs away."""
     try:
-        said = [simulate(model, pair.raw, begun_s=pair.begun_s).angle_deg for pair in expected.pairs]
+        angles = [simulate(model, pair.raw, begun_s=pair.begun_s).angle_deg for pair in expected.pairs]
     except RigError:
         return None
-    return [angle for angle in said if angle is not None]
+    return [angle for angle in angles if angle is not None]

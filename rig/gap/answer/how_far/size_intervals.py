@@ -52,15 +52,15 @@ def intervals(fit: Fit, reach: Reach) -> dict[str, Interval]:
     joint that it acts on is none of its numbers."""
     known = {number.name: number for number in EFFECT_STAGES[fit.applied.stage].numbers}
     spread = spreads(fit)
-    said = {}
+    by_name = {}
     numbers = {name: value for name, value in fit.applied.numbers.items() if name not in FREE_JOINT}
     for name, value in numbers.items():
         deviation = spread.get(name, spread.get(fit.law.tied.get(name, ""), 0.0))
         half = half_width(float(value), deviation, fit.effect.roughness(fit.forward.prior, fit.law), reach)
         low, high = fit.law.range_of(name, fit.forward.scales)
         ends = max(float(value) - half, min(low, float(value))), min(float(value) + half, max(high, float(value)))
-        said[name] = Interval(float(value), *ends, known[name].unit)
-    return said
+        by_name[name] = Interval(float(value), *ends, known[name].unit)
+    return by_name
 
 
 def half_width(value: float, deviation: float, rho: float, reach: Reach) -> float:

@@ -23,22 +23,22 @@ MONITORS = ("p1_mpa", "p2_mpa")
 def without_stuck_monitors(records: Sequence[Record]) -> tuple[list[Record], list[str]]:
     """The records of a day with what their monitors did not measure missing (NaN), and how much that is of each monitor
     that stood still."""
-    heard, said = list(records), []
+    cleaned, notes = list(records), []
     for column, name in zip(MONITORS, ("p1", "p2"), strict=True):
         stood_s = []
-        for k, record in enumerate(heard):
+        for k, record in enumerate(cleaned):
             rows = _stuck(record, column)
             if rows.any():
                 stood_s.append(float(rows.sum()) * record.period_s)
                 without = np.where(rows, np.nan, getattr(record, column))
-                heard[k] = replace(record, **{column: without})  # type: ignore[arg-type]
+                cleaned[k] = replace(record, **{column: without})  # type: ignore[arg-type]
         if stood_s:
-            said.append(
+            notes.append(
                 f"the monitor of {name} stands still while its set-point moves, in {len(stood_s)} of "
                 f"{counted(len(records), 'record')}, for {max(stood_s):.2g} s at most: the same value again and again, "
                 "where it flickers else (is it read anew each time?); that is left out"
             )
-    return heard, said
+    return cleaned, notes
 
 
 def _stuck(record: Record, name: str) -> Rows:

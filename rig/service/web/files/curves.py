@@ -71,8 +71,8 @@ def record(path: Path) -> dict[str, Any]:
     with McapLog(path) as log:
         samples, lines = log.everything()
     begin_ns = int(samples.log_time_ns[0]) if len(samples) else 0
-    told = [{"t_s": (line.time_ns - begin_ns) / 1e9, "level": line.level, "text": line.message} for line in lines]
-    seen = {"units": units_of(shown.channels), "columns": _columns(shown), "lines": told[:CURVE_POINTS]}
+    log_lines = [{"t_s": (line.time_ns - begin_ns) / 1e9, "level": line.level, "text": line.message} for line in lines]
+    seen = {"units": units_of(shown.channels), "columns": _columns(shown), "lines": log_lines[:CURVE_POINTS]}
     return {**facts_of(path), "seconds": float(shown.t_s[-1]), **seen}
 
 

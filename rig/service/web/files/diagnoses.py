@@ -98,9 +98,9 @@ class Diagnoses:
         bound = [sys.executable, "-m", "rig.service.web.files.bound_to_parent", str(os.getpid())]
         command = [*bound, "rig.cli.main", *call, *outputs]
         try:
-            with (folder / _SAID).open("wb") as said:
+            with (folder / _SAID).open("wb") as messages:
                 process = await asyncio.create_subprocess_exec(
-                    *command, stdin=asyncio.subprocess.DEVNULL, stdout=asyncio.subprocess.DEVNULL, stderr=said
+                    *command, stdin=asyncio.subprocess.DEVNULL, stdout=asyncio.subprocess.DEVNULL, stderr=messages
                 )
                 await _ended(process)
         finally:
@@ -110,8 +110,8 @@ class Diagnoses:
         folder = self._folder / name
         asked, found = _read(folder / _ASKED), _found(folder / _FOUND)
         state = "at work" if name == self._working else "done" if found else "failed"
-        said = "" if found or state == "at work" else _text(folder / _SAID)
-        return {"name": name, "state": state, "asked": asked, "said": said, **(_summary(found) if found else {})}
+        message = "" if found or state == "at work" else _text(folder / _SAID)
+        return {"name": name, "state": state, "asked": asked, "said": message, **(_summary(found) if found else {})}
 
 
 async def _ended(process: asyncio.subprocess.Process) -> None:

@@ -63,8 +63,8 @@ def _size(cause: dict[str, Any]) -> "dict[str, Interval]":
 
 def _plain(day: "Day", one: DiagnosedDay) -> dict[str, Any]:
     sizes = {effect: size.to_json() for effect, size in day.sizes.items()}
-    told = {"name": day.name, "at_s": one.recorded_s, "verdict": day.verdict, "sizes": sizes}
-    return told | {"gap": day.gap_deg, "floor": day.floor_deg}
+    plain = {"name": day.name, "at_s": one.recorded_s, "verdict": day.verdict, "sizes": sizes}
+    return plain | {"gap": day.gap_deg, "floor": day.floor_deg}
 
 
 def _units(history: "History") -> dict[str, str]:

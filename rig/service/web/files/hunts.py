@@ -43,5 +43,5 @@ def _hunt(folder: Path) -> dict[str, Any] | None:
 
 def _step(kept: dict[str, Any]) -> dict[str, Any]:
     possible = [{"name": str(name), "probability": finite(chance)} for name, chance in kept["set"]]
-    told = {"sweep": str(kept["sweep"]), "why": str(kept["why"]), "minutes": finite(kept["minutes"])}
-    return told | {"done": bool(kept["records"]), "possible": possible}
+    step = {"sweep": str(kept["sweep"]), "why": str(kept["why"]), "minutes": finite(kept["minutes"])}
+    return step | {"done": bool(kept["records"]), "possible": possible}

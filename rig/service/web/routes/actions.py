@@ -57,14 +57,14 @@ class Actions:
         """The emergency stop, for everybody who may look; by a form it leads back to the page."""
         given = await fields(request, self._visitors)
         try:
-            said, status = (await self._link.estop())["words"], 200
+            message, status = (await self._link.estop())["words"], 200
         except RigError as error:
-            said, status = str(error), 503
-        self._tell({"kind": "stopped", "by": visitor_of(request.scope).name, "said": said, "safe": status == 200})
+            message, status = str(error), 503
+        self._tell({"kind": "stopped", "by": visitor_of(request.scope).name, "said": message, "safe": status == 200})
         if "text/html" in request.headers.get("accept", "") or given.get("from") == "form":
             await asyncio.sleep(_SEEN_S)
             return RedirectResponse("/?stopped=" + ("yes" if status == 200 else "no"), 303)
-        return EscapedJson({"ok": status == 200, "said": said}, status)
+        return EscapedJson({"ok": status == 200, "said": message}, status)
 
     def command(self, carry_out: Command) -> Callable[[Request], Awaitable[Response]]:
         """A handler for who commands; what the daemon refuses is told in its words."""
@@ -109,7 +109,7 @@ class Actions:
         return await self._link.call("clear")
 
     async def _mark(self, request: Request, given: dict[str, Any]) -> Any:
-        said = text(given, "text")
-        result = await self._link.call("mark", text=said)
-        self._tell({"kind": "marker", "text": said, "by": visitor_of(request.scope).name})
+        marker = text(given, "text")
+        result = await self._link.call("mark", text=marker)
+        self._tell({"kind": "marker", "text": marker, "by": visitor_of(request.scope).name})
         return result

@@ -53,9 +53,9 @@ class LibraryRoutes:
 
     async def _session(self, request: Request) -> Any:
         files = self._records.files(request.path_params["session"])
-        told = [{"name": spelt(file.name), "bytes": file.stat().st_size} for file in files]
+        entries = [{"name": spelt(file.name), "bytes": file.stat().st_size} for file in files]
         facts = await self._worker.run(facts_of_all, files)
-        return {"records": [each | fact for each, fact in zip(told, facts, strict=True)]}
+        return {"records": [each | fact for each, fact in zip(entries, facts, strict=True)]}
 
     async def _record(self, request: Request) -> Any:
         path = self._chosen(request)

@@ -98,9 +98,9 @@ class Feed:
         residual = None
         if angle is not None and simulated is not None and phase in _ZEROED:
             residual = own.output_per_deg * (angle - simulated)
-        said = [None if value is None else own.own_output(value) for value in (angle, simulated)]
+        angles = [None if value is None else own.own_output(value) for value in (angle, simulated)]
         pressures = (p1_cmd, p2_cmd, *measured[:2]) if own.has_valves else (None,) * 4
-        row = (tick * self._period_s, own.own_input(p1_cmd - p2_cmd), *said, residual, *pressures)
+        row = (tick * self._period_s, own.own_input(p1_cmd - p2_cmd), *angles, residual, *pressures)
         return [None if value is None else round(value, _DIGITS) for value in row]
 
     def _keep(self, row: Row, news: News) -> None:
