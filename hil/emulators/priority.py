@@ -9,6 +9,8 @@ import os
 import threading
 
 FIFO_PRIORITY = 45
+"""Of SCHED_FIFO: below the loop of a rig (80 by default), above all that is not real-time. An emulator stands for
+hardware, which nobody holds up."""
 
 
 def run_in_real_time() -> None:

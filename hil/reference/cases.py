@@ -40,6 +40,8 @@ from rig.errors import RigError
 CASES_PER_UNIT: Final = 10
 BASELINE_DAYS: Final = 6
 RECORDS: Final = 7
+"""Cases of one unit, healthy days before a case, excitations of a day. Fewer days: what a rig's days differ by is
+hardly known."""
 SIZED_ON: Final = 4
 """Excitations on which the size of an effect is found."""
 RATIO_RANGE: Final = (0.6, 12.0)

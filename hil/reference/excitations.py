@@ -12,6 +12,7 @@ from numpy.random import Generator
 from hil.reference.compiling import Array
 
 FADE_S: Final = 0.5
+"""In which an excitation comes and goes, s: a joint is not pushed at once."""
 
 
 class Excitation(NamedTuple):

@@ -31,6 +31,7 @@ from rig.errors import RigError
 
 Commands = Mapping[str, tuple[Array, Array, float]]
 UNTOUCHED_DAYS = 3
+"""Healthy days of a bench on which the excitations that no case uses are recorded as well."""
 NOISE_OF_REPEATS = 1000
 """Seeds of the noise of repeated cases are multiples of this, beyond those of any excitation of the bench."""
 

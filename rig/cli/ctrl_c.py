@@ -12,6 +12,7 @@ from typing import Any, Final
 from rig.cli import memory_room
 
 INTERRUPTED: Final = 130
+"""Exit status after Ctrl-C: 128 and the number of SIGINT, as shells have it."""
 _TOLD_TO_END: Final = (signal.SIGTERM, signal.SIGHUP)
 """What ends a process on the spot unless it listens, with whatever it has half written left behind."""
 _SOON_S: Final = 0.01

@@ -15,6 +15,8 @@ from rig.realtime.shared import HEADER_WORDS, SharedBlock
 from rig.sample import SAMPLE_BYTES, Sample, pack_into, unpack
 
 CAPACITY: Final = 8192
+"""Samples: 41 s at 5 ms, more than the black box keeps. Fewer: a recorder whose disk is being flushed loses samples
+sooner."""
 PACE_PATIENCE_S: Final = 5.0
 """So long a virtual clock waits for a recorder that does not move: a disk that is flushed takes seconds, a dead one for
 ever."""

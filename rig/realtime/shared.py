@@ -26,6 +26,7 @@ KEPT_RING: Final = "-daemon-ring"
 
 _MAGIC: Final = int.from_bytes(b"PAMRIG\x00\x01", "little")
 HEADER_WORDS: Final = 8
+"""64-bit words before what a block holds, of which six are used: one cache line."""
 _MAGIC_WORD, _PID_WORD, _SESSION_WORD, _SIZE_WORD, _LAYOUT_WORD, _MADE_WORD = range(6)
 LAYOUT: Final = 4
 """Version of what lies in all blocks, samples among it; 0: made before there was any. Raise it when

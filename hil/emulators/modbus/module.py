@@ -15,6 +15,8 @@ from rig.config import read_yaml
 
 ILLEGAL_ADDRESS = 2
 DEVICE_FAILURE = 4
+"""Exception codes of the Modbus application protocol that the module answers with: illegal data address, server device
+failure."""
 
 
 class RefusedByModule(Exception):

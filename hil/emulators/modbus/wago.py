@@ -11,6 +11,7 @@ from hil.emulators.modbus.module import DEVICE_FAILURE, Module, ModuleWiring, Re
 from hil.emulators.world import World
 
 TIME, MASK_LOW, MASK_HIGH, TRIGGER, STATUS, STOP = 0x1000, 0x1001, 0x1002, 0x1003, 0x1006, 0x1008
+"""Registers of the watchdog, see above."""
 _SETTINGS = {TIME: 100, MASK_LOW: 0xFFFF, MASK_HIGH: 0xFFFF, TRIGGER: 0, STOP: 0}
 _STOP_WORDS = (0x55AA, 0xAA55)
 _READ_BACK = 0x0200

@@ -12,6 +12,7 @@ from xml.etree import ElementTree as Xml
 
 SIGNATURE: Final = "50414D5249472D4D5952494F2D310001"
 BASE_ADDRESS: Final = 0x18000
+"""Where the registers begin on a myRIO; the emulator has no bus, and only writes it into the bitfile."""
 TAGS: Final = {"Bool": "Boolean"}
 """Data type of nifpga -> tag of the bitfile, where they differ."""
 

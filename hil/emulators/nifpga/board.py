@@ -12,6 +12,7 @@ from hil.emulators.nifpga.shared import HOOK_READ, HOOK_WRITE, READ, WRITE, Regi
 from hil.emulators.world import Outputs, World
 
 HARDWARE_FAULT = -63150
+"""NiFpga_Status_HardwareFault of NiFpga.h: a board that answers nothing any more."""
 
 
 @dataclass(frozen=True)

@@ -11,10 +11,15 @@ from hil.emulators.nifpga.bitfile import SIGNATURE, Register
 
 SLOTS: Final = 8192
 MAX_OUTPUTS: Final = 32
+"""Places for registers, and for outputs that act in the world; as in NiFpga.c beside it, which lays the memory out
+too."""
 EXISTS, INDICATOR, HOOK_READ, HOOK_WRITE, STROBE = 1, 2, 4, 8, 16
+"""Bits of what a register is."""
 OPEN, CLOSE, CONTROL, READ, WRITE = 1, 2, 4, 8, 16
 EVERY_CALL: Final = OPEN | CLOSE | CONTROL | READ | WRITE
+"""Bits of the calls of the vendor's library that a fault may be asked for."""
 FOR_GOOD: Final = 0xFFFFFFFF
+"""So often an injected fault strikes: every time from then on."""
 
 
 class _Fpga(ctypes.Structure):

@@ -25,6 +25,7 @@ from rig.own_units import own_plain
 from rig.record import MAIN_COLUMNS, Record
 
 ON_TIME = {"p50": 0.0, "p99": 0.0, "max": 0.0}
+"""Lateness of a loop that nothing holds up, us: a simulation has no clock."""
 _PLANT_PERIOD_S = 0.005
 """At which a sweep is laid out for a physics plant, s: the paper's rig. A record brings its own."""
 

@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from rig.service.client import Client
 
 WINDOW_S: Final = 20.0
+"""Time that the plots of `pamrig watch` show, s."""
 KEYS: Final = "s stop (ramps down)   e or space emergency stop   q quit"
 _PLOT_POINTS: Final = 800
 _PLOT_LINES: Final = (8, 16)

@@ -29,6 +29,8 @@ MOST = {"monitor_gain": 0.06}
 """Largest levels that physics allows: a monitor is at most 6 % of full scale off (data sheet). More: the gain of one
 muscle is taken for its monitor's."""
 START_SHARE, START_EVEN = 0.01, 0.003
+"""Where the search begins: of a noise with the spectrum of the motion, as a share of that, and of one that is alike at
+all frequencies, as a share of the span."""
 LIKELY = 0.9
 """Mass at which a normal spread is made as wide as Student's. More: wider."""
 PULL = 0.02

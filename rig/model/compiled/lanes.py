@@ -16,6 +16,7 @@ from numba.extending import intrinsic as _untyped_intrinsic
 from numba.extending import models, register_model
 
 WIDTH = 8
+"""Doubles in a vector of 512 bits. Where a processor has shorter registers LLVM splits it."""
 intrinsic: Any = _untyped_intrinsic
 """Its arguments are numba's at compile time, which Python's types cannot say."""
 _VECTOR = ir.VectorType(ir.DoubleType(), WIDTH)

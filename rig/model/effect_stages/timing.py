@@ -17,6 +17,7 @@ MOST_TICKS = BUFFER_TICKS - 2
 MOST_AHEAD_TICKS = 10.0
 """How far a command is extrapolated, in ticks."""
 PACE_STATE = 3 + 2 * BUFFER_TICKS
+"""Numbers that a stage which delays both valves keeps: where it is, and a ring of ticks for each."""
 RANDOM_MODULUS = 2147483647.0
 RANDOM_FACTOR = 16807.0
 """Park and Miller's minimal standard generator; exact in double precision."""

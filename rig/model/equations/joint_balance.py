@@ -32,6 +32,7 @@ TRAVELLED, FORCE, STIFFNESS, LEAST, MOST, FORWARDS, BACKWARDS = range(PARTS, PAR
 """Where in the state of a joint's friction, behind its parts' deflections, stands how far the joint has moved since
 these were taken, and the straight line that its friction follows meanwhile: see `on_its_line`."""
 OF_A_FRICTION = PARTS + 7
+"""Numbers in the state for one friction: the deflections of its parts, and the seven above."""
 OWN, NEW, DRY = 5, 5 + OF_A_FRICTION, 5 + 2 * OF_A_FRICTION
 """Where in the state the nominal friction begins, the new one, and the deflection of what is added."""
 PRESLIDING_DEG = 0.05

@@ -18,6 +18,7 @@ from rig.record import Column
 SERIES: Final = 500
 """Histories of each kind."""
 HISTORY_DAYS: Final = 20
+"""Of a history: a month of working days."""
 GAP_DEG: Final = 0.1
 """Of a healthy day, in the middle."""
 

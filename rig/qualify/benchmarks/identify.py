@@ -17,10 +17,14 @@ UNIT = 1
 _SEEN_FROM = "rates follow from the times of the same run"
 _NUMBA = "compiling is numba's"
 ITERATIONS = 1000
+"""Of the search that is timed; the default of `pamrig identify`."""
 QUALITY_ITERATIONS = 200, 1000
+"""After which the error of the search is compared with the peers': a fifth, and all."""
 PEER_ITERATIONS = 30
+"""Of a peer that is too slow for all; its time is scaled."""
 SEEDS = range(1, 21)
 IDENTIFY_ROUNDS = 5
+"""The best of which counts: other work only ever adds time."""
 FRESH = True
 """The first search is timed with no machine code at hand."""
 _COMPILE = """

@@ -17,8 +17,10 @@ from rig.qualify.benchmarks.log_peers import SEED, against_peers, hour_of_sample
 from rig.qualify.benchmarks.recorder_kill import killed_recordings
 
 HOUR_RECORDS = 720_000
+"""Samples of an hour at 5 ms."""
 DAMAGES = 200
 KILLS = 50
+"""Files that are damaged, and recorders that are killed; each somewhere else, drawn by SEED."""
 _COUNTED = "recovery is judged by what it saves"
 
 

@@ -15,6 +15,7 @@ from rig.log.convert import CHUNK_ROWS
 from rig.qualify.benchmarks import figure
 
 SEED = 4
+"""Of the samples' noise and of where files are damaged: the same in every run, so that runs can be compared."""
 _STARTED_NS = 1_790_000_000_000_000_000
 
 

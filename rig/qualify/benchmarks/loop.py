@@ -17,6 +17,7 @@ from rig.service.records.lateness import quantiles
 LOOP_ROUNDS = 1
 """Within a round of `pamrig bench`, which makes several."""
 SECONDS = 10.0
+"""Of each loop and of each run of cyclictest beside it, s."""
 _COUNTED = "missed ticks are counted"
 _PARTS = "the parts of a tick show where its time goes"
 

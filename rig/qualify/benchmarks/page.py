@@ -27,8 +27,11 @@ from rig.service.records.lateness import quantiles
 from rig.service.web.stream.shown_status import FRESH_S
 
 TRIALS: Final = 50
+"""Emergency stops."""
 VIEWERS: Final = 10
+"""Pages that are open at one time."""
 PAINTS: Final = 10
+"""Loads of the page of which the median counts."""
 _SCREEN_HZ: Final = 30.0
 """The page draws every other picture of a screen."""
 _ONE_PAGE: Final = "there is no other page of this rig"
@@ -37,8 +40,10 @@ _GOAL_PAINT_MS: Final = 500.0
 _GOAL_KB: Final = 200.0
 _GOAL_STALE_MS: Final = 1000.0
 WATCHED_S: Final = 10.0
+"""For which the loop and the pictures of a page are counted, s."""
 _FLOODS: Final = 4
 FREEZES: Final = 5
+"""Times that the loop is stopped, to see when the page says that its data are old."""
 _PATIENCE_MS: Final = 120_000
 """For a browser whose pages all draw at once on a machine that does other work too."""
 _HEAD_BYTES: Final = 500

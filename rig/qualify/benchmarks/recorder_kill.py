@@ -22,6 +22,7 @@ from rig.service.records.recorder import record
 from rig.service.records.recorder_messages import RunOrder
 
 PERIOD_NS = 5_000_000
+"""Of the paper's rig."""
 _READY_S = 120.0
 AT_ONCE = 5
 """Recorders side by side: one after the other they would take as many times as long."""

@@ -25,9 +25,11 @@ from rig.service.connections import protocol
 from rig.service.records.lateness import quantiles
 
 TRIALS: Final = 50
+"""Of each fault."""
 _GOAL_MS: Final = {"SIGKILL": 20.0, "SIGSTOP": 20.0, "hang": 20.0, "estop": 10.0}
 _PERIOD_MS: Final = 5.0
 QUIET_S: Final = 20.0
+"""In which nothing happens and nothing may be stopped, s."""
 _FLOODS: Final = 4
 _SUBSCRIBERS: Final = 4
 

@@ -33,6 +33,7 @@ TURN_S = 15.0
 """Of each turn of the loop's work."""
 TURNS = 3
 HEALTHY_DAYS = 3
+"""Turns of the loop's work, of which the middle one counts; and healthy days before the one that is followed."""
 SWEEP: str | Path = "gap"
 """Of a day."""
 REFERENCE: str | Path = "tracking"

@@ -24,6 +24,7 @@ CHECK_CASES = 60
 """Of the blind check; its time is scaled to WHOLE_CHECK. They are of six whole rigs, as nearly all of WHOLE_CHECK are:
 of fewer, making the rigs and starting who answers count for more."""
 WHOLE_CHECK: Final = 400
+"""Cases of the blind check whose results are published."""
 _PACKAGES: Final = "import numba, numpy, scipy.fft, scipy.linalg, scipy.ndimage, scipy.optimize, scipy.special"
 _PACKAGES_ALONE: Final = "importing numba and SciPy alone"
 _READING: Final = """

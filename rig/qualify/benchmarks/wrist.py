@@ -32,6 +32,8 @@ PERIOD_S: Final = 0.02
 COUNT_DEG: Final = 0.18
 MIDDLE_DEG: Final = 36.0
 RANGE_DEG: Final = 90.0
+"""Of the published wrist: the period to which its rows are brought, the step of its encoder, and middle and range of
+its angle."""
 REPEATS: Final = 5
 """Healthy sets, each with noise of its own."""
 

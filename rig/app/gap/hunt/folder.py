@@ -15,6 +15,7 @@ from rig.service.connections.socket_access import lock_folder
 
 FILE = "hunt.json"
 VERSION = 1
+"""Of the form of FILE; a file of another is refused."""
 MODEL_TEXT = "model_sha256"
 """Among what was asked: the digest of the model's file, which somebody may write anew between two calls."""
 

@@ -28,6 +28,7 @@ from rig.qualify.benchmarks.devices.tick import bench_tick
 from rig.realtime.clock import MonotonicClock
 
 ALL_DEVICES_TICKS: Final = 20_000
+"""Of driver and peer each; a quarter of them where a plant is stepped as well."""
 ROUND: Final = 100
 """Driver and peer take turns in rounds of so many ticks, so that a drift of the machine meets both."""
 _OURS: Final = "the simulated rig has no peer: it is this project's own model"

@@ -32,6 +32,7 @@ from rig.qualify.benchmarks.devices.fieldbus_rig import (
 )
 
 DEATHS: Final = 16
+"""Killed loops; a driver behind a slow line gets half of them."""
 _WAITED: Final = "the end of a killed process is in the time of its death, which is the kernel's"
 _NEVER_S: Final = 5.0
 """What counts for set-points that never arrived."""

@@ -33,6 +33,7 @@ from rig.qualify.benchmarks.devices.fieldbus_rig import (
 
 FIELDBUS_TICKS: Final = 2000
 RATE_S: Final = 1.0
+"""Ticks of the exchanges that are timed one by one, and how long each rate is counted for, s."""
 
 
 def bench_fieldbus() -> dict[str, Any]:

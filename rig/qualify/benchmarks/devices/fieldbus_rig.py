@@ -15,7 +15,9 @@ from rig.realtime.clock import MonotonicClock
 from rig.service.records.lateness import quantiles
 
 BAUDS: Final = (9600, 19200, 38400, 57600, 115200)
+"""Rates of the line to RTU modules, bit/s, from the slowest on."""
 SAFE: Final = (0.2, 0.2)
+"""Safe set-points of both valves, MPa."""
 VALVE_ROLES: Final = frozenset({Role.VALVE_1, Role.VALVE_2, Role.MONITOR_1, Role.MONITOR_2})
 REPLY_S: Final = 2.0
 """How long an emulated device may take for a reply. No figure is of a reply that is late, and no benchmark is to end by

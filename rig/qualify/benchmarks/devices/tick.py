@@ -30,6 +30,7 @@ from rig.service.records.lateness import quantiles
 TICKS: Final = 600
 """Of each turn."""
 TURNS: Final = 3
+"""In which the drivers take turns, so that a drift of the machine meets all."""
 _GOAL_US: Final = 40.0
 
 
