@@ -35,48 +35,48 @@ class BothFactors:
     def judged(self, expected: Expected) -> tuple[Expected, tuple[Posterior, ...]]:
         """What is expected, with the angle given what the pressures say, and the posterior of each factor, upstream
         first."""
-        if not expected.driven or not self.question.ahead:
-            return expected, self._with_second(self._on(self._angle(expected)))
-        ahead, under, joint = self._both(expected)
+        if not expected.driven or not self.question.any_upstream:
+            return expected, self._with_second_cause(self._posterior(self._angle_problem(expected)))
+        ahead, under, joint = self._jointly(expected)
         if ahead.found and joint.found:
             still = as_referred(expected)
-            problem = self._angle(still)
+            problem = self._angle_problem(still)
             ahead = ahead.as_if_misread(_misread_alone(ahead, joint, problem))
             if ahead.monitors_alone > EVEN_CHANCE:
-                return still, (ahead, *self._with_second(self._on(problem)))
-        return under, (*self._with_second(ahead), *self._with_second(joint))
+                return still, (ahead, *self._with_second_cause(self._posterior(problem)))
+        return under, (*self._with_second_cause(ahead), *self._with_second_cause(joint))
 
-    def _both(self, expected: Expected) -> tuple[Posterior, Expected, Posterior]:
+    def _jointly(self, expected: Expected) -> tuple[Posterior, Expected, Posterior]:
         """The posterior ahead of the monitors, by pressures and angle; what is expected given its likeliest hypothesis;
         and the posterior of the angle given that."""
         settings = self.question.settings
-        ahead = self._on(pressure_problem(expected, settings))
+        ahead = self._posterior(pressure_problem(expected, settings))
         days = pressure_days(expected.contexts)
         given = {name: expected_given(ahead, name, expected, days, settings) for name in ahead.likely(STILL_LIKELY)}
-        found = {name: self._beside(name, one) for name, one in given.items()}
+        found = {name: self._angle_posterior_given(name, one) for name, one in given.items()}
         faint = _faint(ahead, given, expected, days, settings)
         if len(given) + len(faint) > 1:
             few = _still_open(self.effects, found.values())
-            beside_each = found | {name: judge(few, self._angle(one)) for name, one in faint.items()}
+            beside_each = found | {name: judge(few, self._angle_problem(one)) for name, one in faint.items()}
             ahead = ahead.with_evidence(_angle_evidence(beside_each, ahead.problem.forward.odds.together))
         best = max((*given, *faint), key=lambda name: ahead.probability[name])
         if best in faint:
-            return ahead, faint[best], self._beside(best, faint[best])
+            return ahead, faint[best], self._angle_posterior_given(best, faint[best])
         return ahead, given[best], found[best]
 
-    def _angle(self, expected: Expected) -> InverseProblem:
+    def _angle_problem(self, expected: Expected) -> InverseProblem:
         return angle_problem(expected, self.question.settings)
 
-    def _on(self, problem: InverseProblem, healthy: float = 0.0) -> Posterior:
+    def _posterior(self, problem: InverseProblem, healthy: float = 0.0) -> Posterior:
         experiments = self.question.experiments.get(problem.name, {})
         return judge(self.effects, _with_withheld(self.question, problem), experiments, healthy)
 
-    def _beside(self, name: str, expected: Expected) -> Posterior:
+    def _angle_posterior_given(self, name: str, expected: Expected) -> Posterior:
         """The posterior of the angle given a hypothesis ahead of the monitors."""
-        problem = self._angle(expected)
-        return self._on(problem, problem.forward.odds.healthy if name == NONE else 0.0)
+        problem = self._angle_problem(expected)
+        return self._posterior(problem, problem.forward.odds.healthy if name == NONE else 0.0)
 
-    def _with_second(self, alone: Posterior) -> tuple[Posterior, ...]:
+    def _with_second_cause(self, alone: Posterior) -> tuple[Posterior, ...]:
         return with_second(self.effects, alone, self.question.experiments.get(alone.problem.name, {}))
 
 

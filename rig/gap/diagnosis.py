@@ -75,7 +75,7 @@ def diagnose_with_grounds(
         pressures=pressures,
         library=asked,
         withheld=withheld,
-        ahead=any(LIBRARY[name].upstream for name in able),
+        any_upstream=any(LIBRARY[name].upstream for name in able),
         settings=settings or fitted(),
         envelope=envelope,
     )

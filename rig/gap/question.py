@@ -32,7 +32,7 @@ class Question:
     """Fastest excitation that the reference is known from, see `Expected`."""
     withheld: Sequence[str] = ()
     """Effects that the rig may have and that are not in the library at hand."""
-    ahead: bool = True
+    any_upstream: bool = True
     """The rig can have an effect ahead of its pressure monitors at all."""
     settings: Fitted = field(default_factory=fitted)
     """The levels and priors to judge by."""

@@ -8,13 +8,11 @@ from typing import TYPE_CHECKING
 from rig.app.gap.baselines import EarlierDay, earlier_days
 from rig.app.gap.diagnosis_files import DiagnosedCase, tags_and_notes, write_files
 from rig.app.gap.diagnosis_options import DiagnosisOptions, NamedDay
-from rig.errors import ConfigError, RigError
+from rig.app.gap.feedforward_worth import gains_of, with_feedforward_worth
+from rig.errors import RigError
 
 if TYPE_CHECKING:
-    from rig.gains import ClosedLoop
     from rig.gap.answer.result import Diagnosis
-    from rig.gap.pipeline import Grounds
-    from rig.model.parameters import Model
     from rig.record import Record
 
 
@@ -29,7 +27,7 @@ def diagnose_case(
     from rig.model.parameters import load_model
     from rig.rig_config import load_rig
 
-    gains = None if options.tracking is None else _gains_of(options.tracking)
+    gains = None if options.tracking is None else gains_of(options.tracking)
     model = load_model(find_config(options.model, "models"))
     records = _read(case.logs)
     if sessions is None:
@@ -46,7 +44,7 @@ def diagnose_case(
         envelope=None if options.rig is None else envelope_of(options.rig),
     )
     if gains is not None:
-        diagnosis = _with_worth(gains, model, diagnosis, grounds, records)
+        diagnosis = with_feedforward_worth(gains, model, diagnosis, grounds, records)
     if tags := {name: text for name, text in tags_and_notes(records).items() if text}:
         diagnosis = replace(diagnosis, evidence=replace(diagnosis.evidence, said=tags))
     try:
@@ -61,43 +59,6 @@ def first_time() -> str:
     from rig.model.compiled.stages import is_machine_code_kept
 
     return "" if is_machine_code_kept() else "the first time: compiling"
-
-
-def _gains_of(reference: Path) -> "ClosedLoop":
-    """Those of a reference's YAML; ConfigError when it has none."""
-    from rig.app.shipped import find_config
-    from rig.excite.experiment import load_sweep
-
-    place = find_config(reference, "references")
-    gains = load_sweep(place).closed_loop
-    if gains is None:
-        raise ConfigError(f"--tracking {place}: closed_loop: gains are missing; `pamrig tune` finds some")
-    return gains
-
-
-def _with_worth(
-    gains: "ClosedLoop",
-    model: "Model",
-    diagnosis: "Diagnosis",
-    grounds: "Grounds",
-    records: "Sequence[Record]",
-) -> "Diagnosis":
-    """The diagnosis with what its causes are worth to a feed-forward, in the evidence and in a note."""
-    from rig.control.worth import worth
-    from rig.gap.answer.facts import FeedForwardResidual
-    from rig.gap.answer.how_far.augment import augmented
-
-    if not any(cause.applied for cause in diagnosis.causes):
-        nothing = "no cause with a course of its own was found: the feed-forward stays as it is"
-        return replace(diagnosis, notes=[*diagnosis.notes, nothing])
-    found = worth(model, augmented(model, diagnosis, grounds.expected), records, gains)
-    way = "closer" if found.closer >= 0.0 else "less closely"
-    evidence = replace(diagnosis.evidence, tracking=FeedForwardResidual(found.before_deg, found.after_deg))
-    note = (
-        f"with the causes in it the feed-forward follows {100 * abs(found.closer):.0f} % {way}: of these movements the "
-        f"loop would leave {found.after_deg:.2f} deg rms, {found.before_deg:.2f} with the simulator as it was"
-    )
-    return replace(diagnosis, evidence=evidence, notes=[*diagnosis.notes, note])
 
 
 def _read(paths: Sequence[Path]) -> "list[Record]":

@@ -7,7 +7,8 @@ import pytest
 from support.plants.gap_rigs import baselines, model, session
 
 from rig.gap.diagnosis import diagnose_with_grounds
-from rig.gap.pipeline import Grounds, paired_anew
+from rig.gap.pairing import paired_anew
+from rig.gap.pipeline import Grounds
 from rig.gap.question import Question
 from rig.gap.records.pairs import pair_up
 from rig.gap.reference.kinds import ReferenceKind
