@@ -22,6 +22,7 @@ from rig.app.loop_process import loop_process
 from rig.app.runs import record_folders, runner
 from rig.app.runs.outcome import RunOutcome
 from rig.app.runs.runner import Planned, RunOptions
+from rig.app.runs.under_way import RunsUnderWay, ending
 from rig.errors import Interrupted, RigError
 from rig.realtime.faults import Fault
 from rig.realtime.safe_state import Outcome as SafeOutcome
@@ -179,7 +180,7 @@ def test_a_signal_to_all_processes_while_the_rig_is_opened_is_an_interruption(
     first is chance, and makes no difference."""
     monkeypatch.setattr(runner, "loop_process", loop_that_is_told_to_end_with_all_others)
     if seen_first == "the loop's end":
-        monkeypatch.setattr("rig.app.runs.runner._Operator.check", lambda _: None)
+        monkeypatch.setattr("rig.app.runs.operator.Operator.check", lambda _: None)
     outcome = runner.carry_out(
         compose.load(None), [Planned("a", program())], RunOptions(tmp_path / "out", virtual=True)
     )
@@ -216,16 +217,16 @@ def test_a_device_s_own_words_are_told_with_its_fault_outside_a_record() -> None
     sample = Sample(**dict.fromkeys(Sample._fields, 0))  # type: ignore[arg-type]
     words = "valve_1 on /dev/ttyUSB0: no usable answer in time"
 
-    def ending(fault: Fault, interrupted: bool = False) -> str:
+    def told(fault: Fault, interrupted: bool = False) -> str:
         ring = SimpleNamespace(latest=lambda: sample._replace(fault=fault), device_message=words)
         session = SimpleNamespace(loop_error=lambda: "", loop=None, ring=ring)
-        return runner.ending(session, interrupted)  # type: ignore[arg-type]
+        return ending(session, interrupted)  # type: ignore[arg-type]
 
-    assert ending(Fault.TERMINATED, interrupted=True) == "", "by the signal that interrupted the command"
-    assert ending(Fault.TERMINATED).startswith("TERMINATED: ")
-    assert ending(Fault.DEVICE_LOST).startswith("DEVICE_LOST: ")
-    assert ending(Fault.DEVICE_LOST).endswith(f"; {words}")
-    assert words not in ending(Fault.BAD_VALUE)
+    assert told(Fault.TERMINATED, interrupted=True) == "", "by the signal that interrupted the command"
+    assert told(Fault.TERMINATED).startswith("TERMINATED: ")
+    assert told(Fault.DEVICE_LOST).startswith("DEVICE_LOST: ")
+    assert told(Fault.DEVICE_LOST).endswith(f"; {words}")
+    assert words not in told(Fault.BAD_VALUE)
 
 
 def test_a_fact_that_warns_is_coloured_and_one_that_speaks_of_warnings_is_not(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -303,7 +304,8 @@ def test_a_recorder_that_died_while_nobody_could_look_is_told_too(
 ) -> None:
     """This process was stopped meanwhile: when it goes on, loop and recorder have both ended."""
 
-    def stopped(session: Session, *_: object) -> None:
+    def stopped(under_way: RunsUnderWay, *_: object) -> None:
+        session = under_way.session
         session.go()
         assert session.recorder is not None
         assert session.loop is not None
@@ -312,7 +314,7 @@ def test_a_recorder_that_died_while_nobody_could_look_is_told_too(
         session.loop.terminate()
         session.loop.join()
 
-    monkeypatch.setattr(runner, "watch", stopped)
+    monkeypatch.setattr(RunsUnderWay, "watch", stopped)
     outcome = runner.carry_out(
         compose.load(None), [Planned("a", program())], RunOptions(tmp_path / "out", virtual=True)
     )
@@ -326,7 +328,8 @@ def test_the_fault_of_a_record_whose_recorder_is_lost_before_it_tells_of_it_is_t
     said neither why nor what became of the rig."""
     close = Session.close
 
-    def stopped(session: Session, *_: object) -> None:
+    def stopped(under_way: RunsUnderWay, *_: object) -> None:
+        session = under_way.session
         assert session.recorder is not None
         assert session.recorder.pid is not None
         assert session.loop is not None
@@ -340,7 +343,7 @@ def test_the_fault_of_a_record_whose_recorder_is_lost_before_it_tells_of_it_is_t
         session.recorder.join()
         return close(session, *arguments)  # type: ignore[arg-type]
 
-    monkeypatch.setattr(runner, "watch", stopped)
+    monkeypatch.setattr(RunsUnderWay, "watch", stopped)
     monkeypatch.setattr(Session, "close", killed)
     rig = compose.load(None)
     outside = replace(rig, limits=replace(rig.limits, angle_deg=(80.0, 90.0)))

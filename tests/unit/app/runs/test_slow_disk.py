@@ -13,7 +13,7 @@ from support.scripted import program
 
 from rig.app import compose
 from rig.app.loop_process import loop_process
-from rig.app.runs import runner
+from rig.app.runs import runner, under_way
 from rig.app.runs.outcome import RunOutcome
 from rig.app.runs.runner import Planned, RunOptions
 from rig.app.supervise import parts_of
@@ -156,7 +156,7 @@ def test_a_run_whose_disk_was_given_up_says_where_its_rest_lies(
         clock.run()
         return ""
 
-    monkeypatch.setattr(runner, "ending", over)
+    monkeypatch.setattr(under_way, "ending", over)
     outcome: RunOutcome = runner.carry_out(
         compose.load(None), [Planned("a", program())], RunOptions(tmp_path / "out", virtual=True)
     )
