@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from rig.gap.answer.chain import chain
-from rig.gap.answer.facts import RAW_DATA, SIGNATURE, Verdict, Where
+from rig.gap.answer.facts import RAW_DATA, SIGNATURE, Gap, Verdict, Where
 from rig.gap.answer.findings import Findings, Kept, evidence_of
 from rig.gap.answer.floor import floor_of
 from rig.gap.answer.gap_size import gap_of, predicted
@@ -18,6 +18,7 @@ from rig.gap.answer.observations import (
     usual_of_a_simulator,
 )
 from rig.gap.answer.result import Cause, Diagnosis, Observation, Ranked
+from rig.gap.answer.smoothed_gap import SmoothedGap
 from rig.gap.answer.sureness import confidence_of, doubts_of, right_of_each, trust
 from rig.gap.answer.unknowns import unknown_cause, unknowns
 from rig.gap.answer.where import frequency_shares, over_time, phase_shares, region_shares
@@ -38,28 +39,28 @@ IN_TURN = (
 
 def assemble(findings: Findings) -> Diagnosis:
     """The diagnosis, without what to record next."""
-    gaps, known = commanded_gaps(findings.expected), floor_of(findings.expected, findings.settings)
-    before, floor = rms_of(gaps, findings.expected.pairs), known.deg
-    kept, far = _kept_and_how_far(findings, before)
-    added = bool(kept) and far.after_deg <= before
-    remaining = far.after_deg if added else before
-    unknown = unknowns(findings, kept, before, remaining, floor)
-    in_samples = judged_signatures(findings.signatures, findings.expected, before, bool(kept or unknown.causes))
-    strange = [unknown_cause("sensor", RAW_DATA, before) for _ in _strange(findings)]
-    causes = [*_causes(findings, kept, before, far, added), *in_samples.causes, *unknown.causes, *strange]
+    gaps, floor = commanded_gaps(findings.expected), floor_of(findings.expected, findings.settings)
+    gap_deg = rms_of(gaps, findings.expected.pairs)
+    kept, far = _kept_and_how_far(findings, gap_deg)
+    added = bool(kept) and far.after_deg <= gap_deg
+    smoothed = SmoothedGap(gap_deg, far.after_deg if added else gap_deg, floor.deg)
+    unknown = unknowns(findings, kept, smoothed)
+    in_samples = judged_signatures(findings.signatures, findings.expected, gap_deg, bool(kept or unknown.causes))
+    strange = [unknown_cause("sensor", RAW_DATA, gap_deg) for _ in _strange(findings)]
+    causes = [*_causes(findings, kept, gap_deg, far, added), *in_samples.causes, *unknown.causes, *strange]
     causes = [_doubted(findings.expected.pairing, cause) for cause in causes]
     raw = [cause for cause in causes if cause.judged_on == SIGNATURE]
-    interval = predicted(kept, before, floor, far, findings.settings) if added else None
-    gap = gap_of(findings, causes, kept, before, remaining, floor, interval)
+    interval_deg = predicted(kept, smoothed, far, findings.settings) if added else None
+    gap = gap_of(findings, causes, kept, smoothed, interval_deg)
     return Diagnosis(
         _verdict(causes),
         confidence_of(findings, kept, raw, doubted=len(unknown.below_floor) + len(unknown.by_degrees) + len(strange)),
         gap,
-        _where(findings, causes, gaps, gap.after_deg, floor),
+        _where(findings, causes, gaps, gap),
         causes,
         _ranking(findings, raw),
         evidence=evidence_of(findings, right_of_each(findings, kept), gaps, far, added),
-        notes=_notes(findings, kept, [*known.notes, *unknown.notes(kept)]),
+        notes=_notes(findings, kept, [*floor.notes, *unknown.notes(kept)]),
         doubts=findings.expected.pairing.doubts,
         reference=findings.expected.kind,
         retuning=findings.retuning,
@@ -67,16 +68,16 @@ def assemble(findings: Findings) -> Diagnosis:
     )
 
 
-def _kept_and_how_far(findings: Findings, before: float) -> tuple[list[Kept], HowFar]:
-    """The effects that are named, and how far the gap (rms in deg, `before`) shrinks with them. None where all act
-    behind the monitors and explain nothing of records that the fit has not seen."""
+def _kept_and_how_far(findings: Findings, gap_deg: float) -> tuple[list[Kept], HowFar]:
+    """The effects that are named, and how far the gap (rms) shrinks with them. None where all act behind the monitors
+    and explain nothing of records that the fit has not seen."""
 
     def after(causes: Sequence[tuple[str, Fit]]) -> HowFar:
         return how_far(causes, findings.expected, findings.simulator, findings.settings)
 
-    kept = kept_effects(findings, before)
+    kept = kept_effects(findings, gap_deg)
     far = after([(each.posterior.problem.name, each.fit) for each in kept])
-    if far.after_deg > before and all(each.posterior.problem.name != PRESSURES for each in kept):
+    if far.after_deg > gap_deg and all(each.posterior.problem.name != PRESSURES for each in kept):
         return [], after([])
     return kept, far
 
@@ -103,8 +104,8 @@ def _usual(findings: Findings) -> list[Observation]:
 
 
 def _notes(findings: Findings, kept: Sequence[Kept], remarks: Sequence[str]) -> list[str]:
-    """What doubts the whole comparison; what was `remarks` on the way, what the raw samples show that has no name, and
-    the names that were dropped; each line once."""
+    """What doubts the whole comparison, the `remarks` of the steps, what the raw samples show that has no name, and the
+    names that were dropped; each line once."""
     nameless = (f"{signature.text}: no effect of the library does that" for signature in _strange(findings))
     dropped = (
         f"{fit.effect.name} explains {100.0 * share_closed(posterior, fit):.0f} % of what the "
@@ -123,12 +124,12 @@ def _strange(findings: Findings) -> list[Signature]:
     return [each for each in findings.signatures if each.found and each.effect is None and each.variance_deg2 > 0.0]
 
 
-def _causes(findings: Findings, kept: Sequence[Kept], before: float, far: HowFar, added: bool) -> list[Cause]:
+def _causes(findings: Findings, kept: Sequence[Kept], gap_deg: float, far: HowFar, added: bool) -> list[Cause]:
     """The named effects, the one that closes most first; where not `added`, none goes into the simulator."""
     found = []
     for each in kept:
         posterior, fit = each.posterior, each.fit
-        remaining = far.after_deg if len(kept) == 1 else each.alone_deg
+        after_deg = far.after_deg if len(kept) == 1 else each.alone_deg
         others = tuple(name for name in posterior.names if name in posterior.fits and name != fit.effect.name)
         found.append(
             Cause(
@@ -137,8 +138,8 @@ def _causes(findings: Findings, kept: Sequence[Kept], before: float, far: HowFar
                 posterior.problem.name,
                 Applied(fit.applied.stage, full_numbers(fit.applied, findings.expected.response)) if added else None,
                 intervals(fit, findings.settings.reach_of(reference_of(findings.expected.kind))),
-                before,
-                min(remaining, before) if added else before,
+                gap_deg,
+                min(after_deg, gap_deg) if added else gap_deg,
                 share_closed(posterior, fit),
                 others,
                 posterior.probability[fit.effect.name] * trust(findings.expected.pairing, fit.effect.name),
@@ -161,15 +162,13 @@ def _verdict(causes: Sequence[Cause]) -> Verdict:
     return Verdict.PARTLY_EXPLAINED if unknown else Verdict.EXPLAINED
 
 
-def _where(
-    findings: Findings, causes: Sequence[Cause], gaps: Sequence[Column], after_deg: float, floor_deg: float
-) -> Where:
+def _where(findings: Findings, causes: Sequence[Cause], gaps: Sequence[Column], gap: Gap) -> Where:
     pairs = findings.expected.pairs
     healthy = [context.reference.angle_deg for context in findings.expected.contexts]
     return Where(
         causes[0].stage if causes else None,
         shares=_shares(findings),
-        chain=chain(causes, after_deg, floor_deg),
+        chain=chain(causes, gap.after_deg, gap.floor_deg),
         frequency=frequency_shares(pairs, gaps),
         phase=phase_shares(pairs, healthy, gaps),
         region=region_shares(pairs, healthy, gaps),

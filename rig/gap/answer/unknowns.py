@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from rig.gap.answer.findings import Findings, Kept
 from rig.gap.answer.kept_effects import dropped_effects, effects_not_kept, share_closed
 from rig.gap.answer.result import Cause
+from rig.gap.answer.smoothed_gap import SmoothedGap
 from rig.gap.evidence.posterior import Posterior
 from rig.gap.hypotheses.inverse_problems import ANGLE, PRESSURES
 from rig.gap.hypotheses.library import NONE, UNKNOWN
@@ -56,42 +57,39 @@ class _Suspect:
     named."""
 
 
-def unknowns(findings: Findings, kept: Sequence[Kept], before: float, after: float, floor: float) -> Unknowns:
-    """What is unknown when the kept effects take the gap from `before` to `after`; all in deg, rms."""
-    suspected = _suspected(findings, kept, before)
+def unknowns(findings: Findings, kept: Sequence[Kept], gap: SmoothedGap) -> Unknowns:
+    """What is unknown beside the kept effects, which leave that of the `gap`."""
+    suspected = _suspected(findings, kept, gap.before_deg)
     standing, below = list[Cause](), list[Small]()
     for one in suspected:
-        if why := _why_no_gap(findings, one, kept, before, after, floor):
+        if why := _why_no_gap(findings, one, kept, gap):
             below.append(Small(one.cause, why))
         else:
             standing.append(one.cause)
-    by_degrees = [] if standing else _larger_part(kept, before, after, floor)
+    by_degrees = [] if standing else _larger_part(kept, gap)
     stated = {cause.judged_on for cause in (*(one.cause for one in suspected), *by_degrees)}  # as a cause or in a note
-    by_degrees += _beyond_the_class(findings, before, stated)
+    by_degrees += _beyond_the_class(findings, gap.before_deg, stated)
     return Unknowns(standing, by_degrees, below)
 
 
-def _why_no_gap(
-    findings: Findings, suspect: _Suspect, kept: Sequence[Kept], before: float, after: float, floor: float
-) -> str:
+def _why_no_gap(findings: Findings, suspect: _Suspect, kept: Sequence[Kept], gap: SmoothedGap) -> str:
     """Why a suspect is only a note, and no cause: nothing stands above the floor for it. Empty where something does.
 
     That is so where the named effect leaves nothing beyond all that may differ on the suspect's factor; or where the
-    gap (rms in deg, `before`) goes below the floor with the named effects (`after`); or where there was none, neither
-    in the angle nor on the suspect's factor. It is never so where nothing is named and not all effects were asked
+    gap goes below the floor with the named effects; or where there was none, neither in the angle nor on the suspect's
+    factor. It is never so where nothing is named and not all effects were asked
     about: the suspect may be one of the others.
     """
     if suspect.left is not None and suspect.left <= ABOVE_FLOOR:
         return "beyond all that may differ, nothing is left above the floor"
-    above = ABOVE_FLOOR * floor
-    if after > above or (findings.limited and not kept):
+    if gap.stays_above or (findings.limited and not kept):
         return ""
-    if above < before:
+    if gap.was_above:
         return "with what is named nothing is left above the floor"
     return "" if _stands_out(findings, suspect.cause.judged_on) else "nothing stands above the floor"
 
 
-def _suspected(findings: Findings, kept: Sequence[Kept], before: float) -> list[_Suspect]:
+def _suspected(findings: Findings, kept: Sequence[Kept], gap_deg: float) -> list[_Suspect]:
     """Something unknown for each factor where that is the likeliest, or stands beside the effect."""
     found = []
     left_out = [id(posterior) for posterior, _ in effects_not_kept(findings, kept)]
@@ -105,26 +103,26 @@ def _suspected(findings: Findings, kept: Sequence[Kept], before: float) -> list[
             if id(posterior) in dropped:
                 chance = min(chance, EITHER_CHANCE)
             named = kept and not useless
-            found.append(_Suspect(_unknown_on(posterior, before, near, chance), posterior.beyond if named else None))
+            found.append(_Suspect(_unknown_on(posterior, gap_deg, near, chance), posterior.beyond if named else None))
     return found
 
 
-def _larger_part(kept: Sequence[Kept], before: float, after: float, floor: float) -> list[Cause]:
-    """Something unknown where the kept effects explain too little of the gap (`explains_too_little`). Where they close
-    nothing of the angle's gap and yet explain the pressures, it lies behind the monitors."""
-    if not kept or after <= ABOVE_FLOOR * floor:
+def _larger_part(kept: Sequence[Kept], gap: SmoothedGap) -> list[Cause]:
+    """Something unknown where the kept effects explain too little of the gap. Where they close nothing of the angle's
+    gap and yet explain the pressures, it lies behind the monitors."""
+    if not kept or not gap.stays_above:
         return []
     share, weakest = min(((share_closed(one.posterior, one.fit), one) for one in kept), key=lambda pair: pair[0])
-    if not explains_too_little(before, after, floor, share):
+    if not gap.is_explained_too_little(share):
         return []
-    first = max(kept, key=lambda one: before - one.alone_deg) if after < before else weakest
+    first = max(kept, key=lambda one: gap.before_deg - one.alone_deg) if gap.shrinks else weakest
     stage, factor = first.fit.effect.stage, first.posterior.problem.name
-    if after >= before and share >= LEAST_EXPLAINED:
+    if not gap.shrinks and share >= LEAST_EXPLAINED:
         stage, factor = "joint", ANGLE
-    return [unknown_cause(stage, factor, before, [first.fit.effect.name])]
+    return [unknown_cause(stage, factor, gap.before_deg, [first.fit.effect.name])]
 
 
-def _beyond_the_class(findings: Findings, before: float, stated: Collection[str]) -> list[Cause]:
+def _beyond_the_class(findings: Findings, gap_deg: float, stated: Collection[str]) -> list[Cause]:
     """Something unknown on each factor on which more than LARGE_GAP floors are left, unless it is `stated` already.
 
     What is left is what neither the likeliest effect nor all that may differ on a healthy rig takes up. No healthy rig
@@ -133,25 +131,10 @@ def _beyond_the_class(findings: Findings, before: float, stated: Collection[str]
     """
     judged = {one.problem.name: one for one in findings.posteriors}  # of two effects the second, which knows the first
     return [
-        _unknown_on(one, before, [one.best] if one.fit else [])
+        _unknown_on(one, gap_deg, [one.best] if one.fit else [])
         for factor, one in judged.items()
         if factor not in stated and one.beyond > LARGE_GAP
     ]
-
-
-def explains_too_little(before: float, after: float, floor: float, share: float) -> bool:
-    """Whether effects that take a gap (rms in deg) from `before` to `after` explain too little of it: they close less
-    than they leave. Where they close nothing, it is too little if the gap is large, or if one of them closes less than
-    half of what it was found on (`share`: of the effect that closes least)."""
-    if after < before:
-        return closes_little(before, after, floor)
-    return share < LEAST_EXPLAINED or after > LARGE_GAP * floor
-
-
-def closes_little(before: float, after: float, floor: float) -> bool:
-    """Whether less than LEAST_EXPLAINED of what stands above the floor is closed, in degrees and not in their squares:
-    more is then unexplained than explained, however rough a law may be."""
-    return before - after < LEAST_EXPLAINED * (before - floor)
 
 
 def unknown_cause(

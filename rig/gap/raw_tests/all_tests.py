@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from rig.gap.raw_tests.dropouts import ANGLE, dropouts
 from rig.gap.raw_tests.lost_samples import lost_samples, without_lost
 from rig.gap.raw_tests.monitors import mean_pressure, wires
-from rig.gap.raw_tests.noise import KnownNoise, noise
+from rig.gap.raw_tests.noise import KnownNoise, NoNoise, noise
 from rig.gap.raw_tests.noise_levels import angles_of, level_deg, once
 from rig.gap.raw_tests.quantisation import fine_step_deg, quantisation_step
 from rig.gap.raw_tests.repeats import repeated_samples
@@ -38,8 +38,8 @@ def read_signatures(pairs: Sequence[Pair], known: KnownNoise | None = None) -> l
         sessions = [[without_lost(day, rows) for day, rows in zip(session, lost, strict=True)] for session in sessions]
     fast, usual = fast_spectra(cases), [fast_spectra(session) for session in sessions]
     lines = [mains_line(fast, usual), spurious_tone(fast, usual)]
-    standing = [line for line in lines if line.found]
-    louder = noise(cases, sessions, step, held, standing, fast, known, level_of)
+    no_noise = NoNoise(step, held, [line for line in lines if line.found], fast)
+    louder = noise(cases, sessions, no_noise, known, level_of)
     falls = [dropouts(pairs, column) for column in (ANGLE, "p1_mpa", "p2_mpa")]
     return [
         step,

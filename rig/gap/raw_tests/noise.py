@@ -48,18 +48,27 @@ class KnownNoise:
         return self.spread == 0.0
 
 
+@dataclass(frozen=True)
+class NoNoise:
+    """What other tests found in the samples of the case, which is no noise."""
+
+    step: Signature
+    held: bool
+    """Lost samples read like the ones before them."""
+    lines: Sequence[Signature]
+    """Those that were found in the `spectra`."""
+    spectra: Sequence[Spectrum]
+
+
 def noise(
     cases: Sequence[Record],
     sessions: Sequence[Sequence[Record]],
-    step: Signature,
-    held: bool,
-    lines: Sequence[Signature],
-    spectra: Sequence[Spectrum],
+    beside: NoNoise,
     known: KnownNoise | None = None,
     level_of: Measure = level_deg,
 ) -> Signature:
-    """The test for sensor noise. `held`: lost samples read like the ones before them; `lines`: those that were found in
-    the cases' `spectra`."""
+    """The test for sensor noise; what is `beside` it in the samples is taken off first."""
+    step, held = beside.step, beside.held
     uneven = any(_elsewhere(case, day) for session in sessions for case, day in zip(cases, session, strict=True))
     even = all(_nearly_even(case) for case in cases)
     described = known if even and not sessions else None
@@ -67,7 +76,7 @@ def noise(
     if described:
         measure = partial(noise_beside_the_motion, cases, without_repeats=held)
     of_step_deg2 = step.value**2 / 12.0 if step.found or described else 0.0
-    quiet, switched_deg2 = _without_strongest(lines, cases, spectra)
+    quiet, switched_deg2 = _without_strongest(beside.lines, cases, beside.spectra)
     own = float(np.sqrt(max(measure(quiet) ** 2 - of_step_deg2, 0.0)))
     by_rows = ROWS_NOISE / np.sqrt(sum(map(len, cases)))
     if described is None:
@@ -78,9 +87,9 @@ def noise(
         against = _against_usual(own, described, by_rows)
     found = against.plainly and not step.found and own**2 - against.usual**2 > switched_deg2
     usual = f"{against.usual:.3g} deg"
-    beside = f", {_whose(described)} {usual}" if described else on_days(usual, bool(sessions))
+    elsewhere = f", {_whose(described)} {usual}" if described else on_days(usual, bool(sessions))
     heaviness = _heaviness(cases, sessions) if found and sessions else 1.0
-    return _signature(own, against, found, heaviness, f"noise of {own:.3g} deg rms{beside}")
+    return _signature(own, against, found, heaviness, f"noise of {own:.3g} deg rms{elsewhere}")
 
 
 def _signature(own: float, against: "_Against", found: bool, heaviness: float, text: str) -> Signature:

@@ -10,7 +10,8 @@ from support.plants.gap_rigs import asked, names, session
 
 from rig.gap.answer.consistency import contradictions
 from rig.gap.answer.facts import Verdict
-from rig.gap.answer.unknowns import closes_little, explains_too_little, unknowns
+from rig.gap.answer.smoothed_gap import SmoothedGap
+from rig.gap.answer.unknowns import unknowns
 from rig.gap.answer.words.sentences import headline
 from rig.gap.hypotheses.library import UNKNOWN
 from rig.gap.settings import ABOVE_FLOOR, EITHER_CHANCE, LARGE_GAP
@@ -76,7 +77,7 @@ def test_beside_a_name_it_is_measured_by_what_that_leaves_beyond_all_that_may_di
     kept = [SimpleNamespace(posterior=judged, fit=judged.fit, alone_deg=0.6)] if name else []
     findings = SimpleNamespace(posteriors=[judged], named=named, limited=False)
     monkeypatch.setattr("rig.gap.answer.unknowns.share_closed", lambda *_: 0.9)
-    said = unknowns(findings, kept, before=2.8, after=0.6, floor=0.2)  # type: ignore[arg-type]
+    said = unknowns(findings, kept, SmoothedGap(before_deg=2.8, after_deg=0.6, floor_deg=0.2))  # type: ignore[arg-type]
     assert [one.effect for one in said.causes] == [UNKNOWN] * cause
     assert len(said.notes(kept)) == (not cause)  # type: ignore[arg-type]
 
@@ -84,7 +85,7 @@ def test_beside_a_name_it_is_measured_by_what_that_leaves_beyond_all_that_may_di
 @pytest.mark.parametrize(("after_deg", "little"), [(2.1, True), (1.9, False)])
 def test_what_closes_less_than_half_of_a_gap_does_not_explain_it(after_deg: float, little: bool) -> None:
     """Of 3 deg above a floor of 1: half is at 2."""
-    assert closes_little(3.0, after_deg, 1.0) is little
+    assert SmoothedGap(3.0, after_deg, 1.0).closes_little is little
 
 
 @pytest.mark.parametrize(
@@ -101,4 +102,4 @@ def test_what_closes_nothing_of_a_large_gap_does_not_explain_it(
     before_deg: float, after_deg: float, share: float, too_little: bool
 ) -> None:
     """Above a floor of 1. A valve's gain, 2 % of the pressures, passed for all of an angle that was four floors off."""
-    assert explains_too_little(before_deg, after_deg, 1.0, share) is too_little
+    assert SmoothedGap(before_deg, after_deg, 1.0).is_explained_too_little(share) is too_little
