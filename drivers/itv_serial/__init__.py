@@ -1,0 +1,1 @@
+"""Two SMC ITV regulators on RS-232C."""

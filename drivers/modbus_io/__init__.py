@@ -1,0 +1,1 @@
+"""Analog modules on Modbus, TCP or RTU: any module that a register map describes."""

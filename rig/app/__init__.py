@@ -1,0 +1,1 @@
+"""What a command does, without its options. The only room that composes rig, drivers and stand-ins."""

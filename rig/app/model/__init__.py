@@ -1,0 +1,1 @@
+"""What `pamrig identify` and `pamrig simulate` do."""

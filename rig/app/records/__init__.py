@@ -1,0 +1,1 @@
+"""What the commands on logs do between their arguments and `rig.log`."""

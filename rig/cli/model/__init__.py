@@ -1,0 +1,1 @@
+"""`pamrig identify`, `validate` and `simulate`."""

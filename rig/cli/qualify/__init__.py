@@ -1,0 +1,1 @@
+"""`pamrig bench`, `faults` and `latency`."""

@@ -1,0 +1,1 @@
+"""The daemon's socket: who may connect, what a line may say, and what is answered."""

@@ -53,11 +53,9 @@ def test_nothing_that_somebody_tried_out_is_kept_at_the_top() -> None:
 
 
 @pytest.mark.parametrize("room", ["rig", "drivers", "hil"])
-def test_every_file_says_what_it_holds(room: str) -> None:
-    silent = [
-        path for path in SOURCES if path.is_relative_to(ROOT / room) and path.stat().st_size and not docstring(path)
-    ]
-    assert not silent
+def test_every_file_and_every_folder_says_what_it_holds(room: str) -> None:
+    """Of a folder its `__init__.py` says it; 56 of them were empty."""
+    assert not [path for path in SOURCES if path.is_relative_to(ROOT / room) and not docstring(path)]
 
 
 def test_tests_have_one_conftest() -> None:
