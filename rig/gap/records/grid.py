@@ -128,16 +128,9 @@ def pair_on_grid(
     ]
     record, others = with_rows(read, theirs), tuple(with_rows(other, [read]) for other in theirs)
     grid = _grid_of(record, others)
-    found = [_session(each, grid, pressures) for each in (record, *others)]
-    holes = [hole for _, hole in found]
-    mine = grid.input_of(record)
-    runs = [
-        _at_own_input(session, grid.input_of(each), mine, grid.dt_s)
-        for (session, _), each in zip(found, (record, *others), strict=True)
-    ]
     u1, u2 = _commands(record, grid.t_s, p0_mpa)
-    case, *days = _through_holes(runs, holes, (u1, u2))
-    used = (~(np.any(holes, axis=0) | unsettled(read, theirs, grid.t_s + start_s))).astype(float)
+    (case, *days), hole = _runs_of((record, *others), grid, (u1, u2), pressures)
+    used = (~(hole | unsettled(read, theirs, grid.t_s + start_s))).astype(float)
     used[-max(1, round(2 * SMOOTHING_S / grid.dt_s)) :] = 0.0
     pair = Pair(
         name=record.name,
@@ -154,7 +147,7 @@ def pair_on_grid(
         dropouts=fallen[0],
         day_dropouts=tuple(fallen[1:]),
         day_numbers=tuple(partner.session for partner in partners),
-        other_input=any(differs(mine, grid.input_of(other)) for other in others),
+        other_input=any(differs(grid.input_of(record), grid.input_of(other)) for other in others),
     )
     return pair, _uncovered(record, grid)
 
@@ -166,6 +159,17 @@ def _grid_of(record: Record, others: Sequence[Record]) -> _Grid:
     fine_s, stride = np.arange(0.0, length_s + 0.5 * dt_s, dt_s), rows_apart(dt_s)
     every = _Grid(start_s, length_s, fine_s, dt_s, stride, fine_s[::stride])
     return replace(every, t_s=every.t_s[: whole_periods(every.input_of(record))].copy())
+
+
+def _runs_of(
+    records: Sequence[Record], grid: _Grid, set_points: tuple[Column, Column], pressures: bool
+) -> tuple[list[RunColumns], Rows]:
+    """The records on the grid, at the first one's input and with pressures in their holes; and True in the holes of
+    any."""
+    found = [_session(record, grid, pressures) for record in records]
+    holes, inputs = [hole for _, hole in found], [grid.input_of(record) for record in records]
+    runs = [_at_own_input(run, own, inputs[0], grid.dt_s) for (run, _), own in zip(found, inputs, strict=True)]
+    return _through_holes(runs, holes, set_points), np.any(holes, axis=0)
 
 
 def _uncovered(record: Record, grid: _Grid) -> str:

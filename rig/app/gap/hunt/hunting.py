@@ -102,14 +102,14 @@ def hunt(
     so_far = open_hunt(options.folder, options.asked)
     finding: HuntFinding | None = None
     if not so_far.steps:
-        so_far = _first(so_far, options)
+        so_far = _with_first_session(so_far, options)
     elif len(so_far.steps) > 1 and not so_far.steps[-1].done:
         finding = diagnose_so_far(options, model, so_far)
         report(so_far.steps[-2], finding)
     so_far = replace(so_far, ended="")
     while True:
         if not so_far.steps[-1].done:
-            if why := _barred(options, so_far, allowed):
+            if why := _why_not_to_record(options, so_far, allowed):
                 return _ended(so_far, finding, why)
             so_far.require_folder()
             so_far = recorded(so_far, options)
@@ -123,8 +123,8 @@ def hunt(
             return _ended(so_far, finding, finding.settled)
         left_s = 60.0 * (options.minutes - so_far.minutes)
         with progress("planning what tells more"):
-            planned = _next(options, finding, left_s)
-            more = planned or _next(options, finding, 3600.0)
+            planned = _next_experiment(options, finding, left_s)
+            more = planned or _next_experiment(options, finding, 3600.0)
         if planned is None:
             return _ended(so_far, finding, NOTHING if more is None else TIME)
         so_far = _with_step(so_far, planned, options.rig.channels)
@@ -147,13 +147,13 @@ def diagnose_so_far(options: HuntOptions, model: Model, so_far: Hunt) -> HuntFin
     return HuntFinding(replace(diagnosis, reference_because=why), grounds)
 
 
-def _next(options: HuntOptions, finding: HuntFinding, seconds: float) -> Experiment | None:
+def _next_experiment(options: HuntOptions, finding: HuntFinding, seconds: float) -> Experiment | None:
     """The records that tell most of what is still possible, inside the rig's limits."""
     known, envelope = finding.grounds, envelope_of(options.rig.path)
     return what_next(known.expected, known.posteriors, envelope, seconds, simulator=known.simulator)
 
 
-def _first(so_far: Hunt, options: HuntOptions) -> Hunt:
+def _with_first_session(so_far: Hunt, options: HuntOptions) -> Hunt:
     """The hunt with the session that it begins with."""
     path = shipped.find_config(options.first, "sweeps")
     for plan in expand(load_sweep(path), options.rig.period_ns):
@@ -185,7 +185,7 @@ def _planned(so_far: Hunt, sweep: str, why: str, minutes: float) -> Hunt:
     return so_far
 
 
-def _barred(options: HuntOptions, so_far: Hunt, allowed: Callable[[HuntStep], bool]) -> str:
+def _why_not_to_record(options: HuntOptions, so_far: Hunt, allowed: Callable[[HuntStep], bool]) -> str:
     """Why the last step is not to be recorded; empty where it may be, or the daemon records it already."""
     step = so_far.steps[-1]
     if daemon_has_it(options, so_far):
