@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from rig.gap.evidence.posterior import Posterior, chance_of, judge
-from rig.gap.evidence.second import with_second
+from rig.gap.evidence.second_cause import with_second
 from rig.gap.hypotheses.inverse_problems import InverseProblem, angle_problem, pressure_problem
 from rig.gap.hypotheses.library import NONE, UNKNOWN, Effect, chosen
 from rig.gap.priors import Fitted

@@ -12,7 +12,7 @@ from rig.gap.evidence.posterior import acting
 from rig.gap.evidence.usual_sizes import times_usual
 from rig.gap.hypotheses.inverse_problems import InverseProblem
 from rig.gap.hypotheses.library import Effect, Law
-from rig.gap.plan.directions import Direction, columns, ladder, sized, unit_of, usual_directions
+from rig.gap.plan.directions import Direction, changed_at, columns, ladder, unit_of, usual_directions
 from rig.gap.plan.information import inform, needed_separation, separations
 from rig.gap.plan.planned_records import factors_of
 from rig.gap.plan.settings import CHANCE, NAMED
@@ -138,7 +138,7 @@ def _size_at(problem: InverseProblem, direction: Direction, separation: float, e
     sign = float(np.sign(direction.size)) if law.signs != (1.0,) else 1.0
     sizes, far = [], []
     for size in ladder(law, sign, problem):
-        change = sized(law, next(law.shapes_in(problem.forward.scales)), size, problem)
+        change = changed_at(law, next(law.shapes_in(problem.forward.scales)), size, problem)
         if change is not None:
             sizes.append(size)
             unusual = times_usual(direction.effect.name, change, effects, problem.forward)

@@ -33,7 +33,7 @@ def unit_of(law: Law) -> str:
 
 
 @dataclass(frozen=True)
-class Sized:
+class _SizedLaw:
     """One law of an effect with its shape, at one size."""
 
     effect: Effect
@@ -51,26 +51,25 @@ def usual_directions(
     nearest to `share` of what moves anyhow, on the same factor under a `few` of the records where they are many. Laws
     that change nothing here, or run away, are left out."""
     found = []
-    for one in usual_sizes(effects, few or problem, share):
-        change = sized(one.law, one.shape, one.size, problem)
+    for one in _sized_laws(effects, few or problem, share):
+        change = changed_at(one.law, one.shape, one.size, problem)
         if change is not None and change.any():
             moved = problem.forward.factor.lines.of(change)
             found.append(Direction(one.effect, one.law, one.size, moved, one.choices))
     return found
 
 
-def usual_sizes(effects: Sequence[Effect], problem: InverseProblem, share: float) -> list[Sized]:
-    """The size of every law, sign and shape whose change comes nearest to `share` of what moves anyhow."""
+def _sized_laws(effects: Sequence[Effect], problem: InverseProblem, share: float) -> list[_SizedLaw]:
+    """Every law, sign and shape at the size whose change comes nearest to `share` of what moves anyhow."""
     found = []
     for effect in effects:
         laws = [law for law in effect.laws if problem.shows(law)]
         choices = sum(len(law.signs) * len(law.shapes) for law in laws)
-        for law in laws:
-            for shape in law.shapes_in(problem.forward.scales):
-                for sign in law.signs:
-                    best = _nearest(law, shape, sign, problem, share)
-                    if best is not None:
-                        found.append(Sized(effect, law, shape, best, choices))
+        every = (
+            (law, shape, sign) for law in laws for shape in law.shapes_in(problem.forward.scales) for sign in law.signs
+        )
+        nearest = ((law, shape, _nearest(law, shape, sign, problem, share)) for law, shape, sign in every)
+        found += [_SizedLaw(effect, law, shape, size, choices) for law, shape, size in nearest if size is not None]
     return found
 
 
@@ -79,7 +78,7 @@ def columns(directions: Sequence[Direction]) -> Column:
     return np.column_stack([one.moved for one in directions])
 
 
-def sized(law: Law, shape: Mapping[str, float], size: float, problem: InverseProblem) -> Column | None:
+def changed_at(law: Law, shape: Mapping[str, float], size: float, problem: InverseProblem) -> Column | None:
     """(n,) what a law changes at a size; None where it runs away."""
     numbers = {number.name: number.neutral for number in EFFECT_STAGES[law.stage].numbers if number.name in law.free}
     values = law.with_tied(numbers | dict(shape) | {law.free[0]: size})
@@ -101,7 +100,7 @@ def ladder(law: Law, sign: float, problem: InverseProblem) -> list[float]:
 def _nearest(law: Law, shape: Mapping[str, float], sign: float, problem: InverseProblem, share: float) -> float | None:
     best, miss = None, np.inf
     for size in ladder(law, sign, problem):
-        change = sized(law, shape, size, problem)
+        change = changed_at(law, shape, size, problem)
         if change is None:
             continue
         moved = problem.forward.factor.rms(change) / problem.forward.moving

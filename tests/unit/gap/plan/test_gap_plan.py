@@ -20,7 +20,7 @@ from rig.gap.hypotheses.library import LIBRARY
 from rig.gap.plan.candidates import SweepEnvelope, candidates, lasts_s, planned, sweep_text
 from rig.gap.plan.capability import Ability, capability, seen_separation
 from rig.gap.plan.design import design
-from rig.gap.plan.directions import columns, sized, usual_directions
+from rig.gap.plan.directions import changed_at, columns, usual_directions
 from rig.gap.plan.information import inform, log_odds, needed_separation, separations
 from rig.gap.plan.next_experiment import Hypothesis, as_rough, expected_confidence, next_experiment
 from rig.gap.plan.planned_records import KnownRig, expect_planned, factors_of, within
@@ -117,7 +117,7 @@ def test_more_choices_need_more() -> None:
 def having(problem: InverseProblem, ability: Ability, size: float) -> InverseProblem:
     """The factor on a day like any other, with an effect of that size in it."""
     law = next(law for law in LIBRARY[ability.effect].laws if problem.shows(law))
-    change = sized(law, law.shapes[0], size, problem)
+    change = changed_at(law, law.shapes[0], size, problem)
     assert change is not None
     factor = replace(problem.forward.factor, gap=change + usual_day(problem))
     forward = replace(problem.forward, factor=factor)

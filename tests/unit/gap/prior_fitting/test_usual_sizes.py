@@ -14,7 +14,7 @@ from rig.gap.answer.observations import USUAL
 from rig.gap.answer.words.sentences import answers
 from rig.gap.diagnosis import diagnose_with_grounds
 from rig.gap.evidence.posterior import Posterior
-from rig.gap.evidence.second import with_usual
+from rig.gap.evidence.second_cause import with_usual
 from rig.gap.evidence.usual_sizes import Usual, nothing, times_usual
 from rig.gap.hypotheses.library import NONE, chosen
 from rig.gap.pipeline import weigh
