@@ -16,12 +16,12 @@ from rig.gap.reference.gaps import rms_of
 from rig.gap.settings import BEHIND_CLOSES, LEAST_CLOSED, SPOILT
 
 
-def kept_effects(findings: Findings, before: float) -> list[Kept]:
-    """The named effects that close some of the gap. One after the other those are dropped without which the simulator,
-    with the others in it, follows these records better."""
+def kept_effects(findings: Findings, gap_deg: float) -> list[Kept]:
+    """The named effects that close some of the gap (rms of the smoothed angle). One after the other those are dropped
+    without which the simulator, with the others in it, follows these records better."""
     named = [(posterior, fit) for posterior, fit in findings.named if share_closed(posterior, fit) > LEAST_CLOSED]
-    left = cache(lambda *some: _left(findings, [named[k][1] for k in some], before))
-    beside = cache(lambda *some: _left_beside_pressures(findings, [named[k] for k in some]))
+    left = cache(lambda *some: _left_deg(findings, [named[k][1] for k in some], gap_deg))
+    beside = cache(lambda *some: _left_beside_pressures_deg(findings, [named[k] for k in some]))
     kept = tuple(range(len(named)))
     while (spoiler := _spoiler(kept, _open_to_doubt(findings, kept, named, beside), left)) is not None:
         kept = _but(kept, spoiler)
@@ -75,16 +75,16 @@ def _but(kept: tuple[int, ...], one: int) -> tuple[int, ...]:
     return tuple(k for k in kept if k != one)
 
 
-def _left(findings: Findings, fits: Sequence[Fit], before: float) -> float:
+def _left_deg(findings: Findings, fits: Sequence[Fit], gap_deg: float) -> float:
     """Rms of the simulator's error, deg, with these effects in it."""
     if not fits:
-        return before
+        return gap_deg
     return rms_of(
         remaining_gap(findings.simulator, [fit.applied for fit in fits], findings.expected), findings.expected.pairs
     )
 
 
-def _left_beside_pressures(findings: Findings, some: Sequence[tuple[Posterior, Fit]]) -> float:
+def _left_beside_pressures_deg(findings: Findings, some: Sequence[tuple[Posterior, Fit]]) -> float:
     """Rms of the simulator's error, deg, under the pressures that were measured."""
     ahead = [fit.applied for posterior, fit in some if posterior.problem.name == PRESSURES]
     behind = [fit.applied for posterior, fit in some if posterior.problem.name != PRESSURES]

@@ -51,11 +51,11 @@ def judged_signatures(
     causes, observations = [], []
     compared = any(pair.raw_days for pair in expected.pairs)
     for signature in (one for one in signatures if one.found):
-        before = _raw_gap_deg(signature, expected, gap_deg)
-        share = float(np.clip(signature.variance_deg2 / max(before**2, 1e-12), 0.0, 1.0))
+        raw_gap_deg = _raw_gap_deg(signature, expected, gap_deg)
+        share = float(np.clip(signature.variance_deg2 / max(raw_gap_deg**2, 1e-12), 0.0, 1.0))
         alone = compared and not else_found
         if signature.effect is not None and (alone or share >= LEAST_SIGNATURE_SHARE):
-            causes.append(_cause(signature, signature.effect, before, share))
+            causes.append(_cause(signature, signature.effect, raw_gap_deg, share))
         elif signature.effect is not None or signature.variance_deg2 == 0.0:
             observations.append(_observation(signature, share))
     return JudgedSignatures(sorted(causes, key=lambda cause: cause.gap_after_deg), observations)
@@ -76,15 +76,15 @@ def _raw_gap_deg(signature: Signature, expected: Expected, gap_deg: float) -> fl
     return float(np.sqrt(np.nanmean(np.concatenate(raw) ** 2) + signature.taken_out_deg2))
 
 
-def _cause(signature: Signature, effect: str, before: float, share: float) -> Cause:
+def _cause(signature: Signature, effect: str, raw_gap_deg: float, share: float) -> Cause:
     return Cause(
         effect,
         LIBRARY[effect].stage,
         SIGNATURE,
         Applied(effect, signature.numbers),
         _numbers(signature, effect),
-        before,
-        before * float(np.sqrt(1.0 - share)),
+        raw_gap_deg,
+        raw_gap_deg * float(np.sqrt(1.0 - share)),
         max(share, 1e-6),
         (),
         signature.confidence,

@@ -48,11 +48,11 @@ def level_deg(angles: Sequence[Column]) -> float:
     return max(float(plain), white_level_deg(angles))
 
 
-def level_beside_deg(step: float, angles: Sequence[Column]) -> float:
+def level_beside_deg(step_deg: float, angles: Sequence[Column]) -> float:
     """Noise (deg) beside what rounding to a step makes of any angle, step / sqrt(12): by squares, for the median of a
     few values is one of them."""
     power = rms(np.concatenate([_rest(angle) for angle in angles])) ** 2 / (1.0 - 1.0 / NOISE_WINDOW_ROWS)
-    return math.sqrt(max(power - step**2 / 12.0, 0.0))
+    return math.sqrt(max(power - step_deg**2 / 12.0, 0.0))
 
 
 def _rest(angle: Column) -> Column:

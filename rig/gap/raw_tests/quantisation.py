@@ -117,8 +117,8 @@ def _written_to_deg(values: Column) -> float:
     return 0.0 if decimals == STEP_DIGITS else float(10.0**-decimals)
 
 
-def _by_chance(angles: Sequence[Column], step: float) -> float:
+def _by_chance(angles: Sequence[Column], step_deg: float) -> float:
     """Probability that values without any step lie so near to multiples of one (Rayleigh's test of their phases)."""
     values = np.concatenate([np.unique(angle[np.isfinite(angle)]) for angle in angles])
-    together = float(np.abs(np.mean(np.exp(2j * np.pi * values / step))))
+    together = float(np.abs(np.mean(np.exp(2j * np.pi * values / step_deg))))
     return math.exp(-min(len(values) * together**2, 700.0))

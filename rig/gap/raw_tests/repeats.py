@@ -263,24 +263,24 @@ def _is_louder(cases: Sequence[Record], sessions: Sequence[Sequence[Record]], le
     return level_of(angles_of(cases)) > math.exp(LEAST_LOUDER) * max(usual)
 
 
-def _motion_and_noise(records: Sequence[Record], step: float) -> list[tuple[Record, Column, Column]]:
+def _motion_and_noise(records: Sequence[Record], step_deg: float) -> list[tuple[Record, Column, Column]]:
     """Each record with its motion and its own noise (n,), deg; without the step's own share in that."""
     parts = []
     for record, angle in zip(records, angles_of(records), strict=True):
         whole = filled_in(angle)
         smooth = smoothed(whole, SLOPE_ROWS, mirrored=True)
         noise = whole - smooth
-        own = math.sqrt(max(1.0 - step**2 / 12.0 / max(float(np.var(noise)), 1e-30), 0.0))
+        own = math.sqrt(max(1.0 - step_deg**2 / 12.0 / max(float(np.var(noise)), 1e-30), 0.0))
         parts.append((record, smooth, own * noise))
     return parts
 
 
-def _surrogate(parts: Sequence[tuple[Record, Column, Column]], step: float, seed: int) -> list[Record]:
+def _surrogate(parts: Sequence[tuple[Record, Column, Column]], step_deg: float, seed: int) -> list[Record]:
     """The records (`_motion_and_noise`) with their own noise of another time, so that it keeps its colour, rounded to
     the converter's step again: what repeats in them does so by chance."""
     random = np.random.default_rng(seed)
     made = []
     for record, smooth, noise in parts:
         moved = np.roll(noise, int(random.integers(len(noise) // 4, 3 * len(noise) // 4 + 1)))
-        made.append(replace(record, angle_deg=step * np.round((smooth + moved) / step)))
+        made.append(replace(record, angle_deg=step_deg * np.round((smooth + moved) / step_deg)))
     return made

@@ -102,7 +102,7 @@ def pair_up(
     earlier = usable_baselines(baselines, today.records)
     matched = _matched(today.records, earlier.by_number)
     kept = matched.kept
-    hole_notes = list(_holes(kept))
+    hole_notes = list(_hole_notes(kept))
     case, days = [one.record for one in kept], [other for one in kept for other in one.others]
     p0 = rest_pressure(case, p0_mpa, beside_days=bool(earlier.by_number))
     placed, rest_notes = at_rests(case, [one.others for one in kept], p0_mpa)
@@ -139,7 +139,7 @@ def _matched(records: Sequence[Record], sessions: Mapping[int, list[Record]]) ->
     return _Matched(kept, unpaired, matches, [*_unpaired_sessions(matches), *notes])
 
 
-def _holes(kept: Sequence[_Beside]) -> Iterator[str]:
+def _hole_notes(kept: Sequence[_Beside]) -> Iterator[str]:
     """A note for each long stretch without rows. RecordError where an angle is of another scale than its partners'."""
     for one in kept:
         check_scale(one.record, one.others)
