@@ -110,8 +110,8 @@ def progress(what: str, total: float | None = None) -> Iterator[Callable[[float,
 
     terminal = Console(stderr=True)
     how_far = () if total is None else (TextColumn("{task.percentage:>3.0f} %"), TimeRemainingColumn())
-    said, note_column = (TextColumn(text, markup=False) for text in ("{task.description}", "{task.fields[note]}"))
-    columns = (said, BarColumn(), *how_far, note_column)
+    title, note = (TextColumn(text, markup=False) for text in ("{task.description}", "{task.fields[note]}"))
+    columns = (title, BarColumn(), *how_far, note)
     with Progress(*columns, console=terminal, transient=True, disable=not terminal.is_terminal) as bar:
         task = bar.add_task(in_one_line(what), total=total, note="")
 

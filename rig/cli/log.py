@@ -172,11 +172,11 @@ def import_(
     from rig.log.convert import write_content
     from rig.tags import check_note, parse_tags, tagged
 
-    own, said, terminal = parse_tags(tags, "--tag"), check_note(note, "--note"), console(json_to)
+    own_tags, own_note, terminal = parse_tags(tags, "--tag"), check_note(note, "--note"), console(json_to)
     made: list[dict[str, Any]] = []
     with contextlib.ExitStack() as undone:  # a disk that fills, or Ctrl-C, leaves no half of a day
         for one in imports(files, mapping_path, output):
-            content = replace(one.content, run_facts=tagged(one.content.run_facts, own, said))
+            content = replace(one.content, run_facts=tagged(one.content.run_facts, own_tags, own_note))
             target = write_content(content, one.target)
             undone.callback(target.unlink, missing_ok=True)
             terminal.print(f"{target}: {counted(len(content.samples), 'row')}")

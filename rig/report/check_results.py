@@ -187,7 +187,7 @@ def _asked_for(mode: Mapping[str, Any]) -> list[str]:
 
 def _naive(naive: Mapping[str, Any]) -> str:
     figures = ("false_alarms", "detected", "class_first", "exact_first")
-    rows = [[NAIVE_WORDS[name], *(_cell(said["pressures"][key]) for key in figures)] for name, said in naive.items()]
+    rows = [[NAIVE_WORDS[name], *(_cell(modes["pressures"][key]) for key in figures)] for name, modes in naive.items()]
     return _table(" | ".join(["naive answer", *(key.replace("_", " ") for key in figures)]), rows)
 
 

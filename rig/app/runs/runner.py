@@ -113,8 +113,8 @@ def check_realtime(rig: RigConfig, report: Mapping[str, str], force: bool) -> No
 def announce(device: Mapping[str, str]) -> None:
     """What the operator must know of the devices before anything moves: the pace of slow ones, fail-safes, warnings."""
     terminal = console("-")
-    for key, said in facts_for_operator(device).items():
-        terminal.print(f"{key}: {said}", style="yellow" if is_warning(key) else "", markup=False)
+    for key, text in facts_for_operator(device).items():
+        terminal.print(f"{key}: {text}", style="yellow" if is_warning(key) else "", markup=False)
 
 
 def _orders(session: Session, rig: RigConfig, runs: Sequence[Planned], options: RunOptions) -> list[RunOrder]:

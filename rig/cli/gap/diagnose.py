@@ -110,8 +110,8 @@ def diagnose(
     else:
         campaign = diagnose_campaign(chosen, cases, dask, workers)
     results = campaign.diagnoses
-    for said in days.odd.values():  # first: what is compared with decides every answer
-        console(json_to).print(styled(("note", "yellow"), f": {said}"))
+    for note in days.odd.values():  # first: what is compared with decides every answer
+        console(json_to).print(styled(("note", "yellow"), f": {note}"))
     for name, diagnosis in results.items():
         _show(diagnosis, name, json_to)
     for line in (*days.listed(), *without_next(chosen, results)):

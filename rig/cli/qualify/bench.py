@@ -90,9 +90,9 @@ def show(name: str, figures: dict[str, Any], json_to: str | None) -> None:
 def show_moves(against: dict[str, Any], json_to: str | None) -> None:
     """What has moved since the earlier run beyond its spread."""
     table = listing("figure", "was", "is", "moved by", "spread", "")
-    for said in ("worse", "better"):
-        for move in against[said]:
-            shown = [f"{move['was']:.3g}", f"{move['now']:.3g}", f"{move['by']:+.0%}", f"{move['spread']:.0%}", said]
+    for verdict in ("worse", "better"):
+        for move in against[verdict]:
+            shown = [f"{move['was']:.3g}", f"{move['now']:.3g}", f"{move['by']:+.0%}", f"{move['spread']:.0%}", verdict]
             table.add_row(f"{move['benchmark']}: {move['figure']}", *shown)
     terminal = console(json_to)
     terminal.print(table)

@@ -74,4 +74,4 @@ def _show(
     if not reference:
         terminal.print("cyclictest is not here or not permitted; Debian has it in the package rt-tests")
     terminal.print(f"{ticks} ticks of {period_ns / 1e6:g} ms, {missed} missed")
-    terminal.print("real-time measures: " + ", ".join(f"{name} {said}" for name, said in granted.items()))
+    terminal.print("real-time measures: " + ", ".join(f"{name} {answer}" for name, answer in granted.items()))

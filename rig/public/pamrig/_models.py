@@ -62,8 +62,8 @@ def simulate(
     `commands` are records, logs, or a sweep (a file, a name, a mapping). With `drive="pressure"` the measured pressures
     drive the muscles. ModelError where the simulator diverges, RecordError for records of another rig.
 
-    >>> (said,) = pamrig.simulate("simulated", "quick")
-    >>> f"{said.angle_deg.max():.0f} degrees at most"
+    >>> (simulated,) = pamrig.simulate("simulated", "quick")
+    >>> f"{simulated.angle_deg.max():.0f} degrees at most"
     '38 degrees at most'
     """
     require_one_of(drive, ("command", "pressure"), "drive")

@@ -47,7 +47,7 @@ def bench_wrist() -> dict[str, Any]:
         found = [(name, size, asked(put(healthy), healthy, pressures)) for name, size, put in CASES]
         rows |= {f"{name}, {mode}": row for name, row in scored(found, pressures).items()}
         quiet = [asked(again(healthy, seed), healthy, pressures) for seed in range(2, 2 + REPEATS)]
-        rows[f"false alarms, {mode}"] = share([said.verdict is not Verdict.NONE for said in quiet], better="lower")
+        rows[f"false alarms, {mode}"] = share([one.verdict is not Verdict.NONE for one in quiet], better="lower")
     return rows
 
 

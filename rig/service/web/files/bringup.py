@@ -67,7 +67,7 @@ class BringUp:
     def __init__(self, rig: RigConfig, kept: Path) -> None:
         self._rig, self._kept, self._steps = rig, DurableFile(kept), all_steps()
 
-    def told(self, status: dict[str, Any]) -> dict[str, Any]:
+    def to_json(self, status: dict[str, Any]) -> dict[str, Any]:
         """Every step with what is known of it, and the name of the next."""
         confirmed = self._confirmed() or {}
         steps = [self._step(step, status, confirmed.get(step.name)) for step in self._steps]

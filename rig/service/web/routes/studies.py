@@ -90,9 +90,9 @@ class Studies:
         return HTMLResponse(path.read_text(encoding="utf-8"), headers=headers)
 
     async def _steps(self, _: Request) -> Any:
-        return self._bringup.told(self._shown())
+        return self._bringup.to_json(self._shown())
 
     async def _confirm(self, request: Request, given: dict[str, Any]) -> Any:
         by = f"browser {visitor_of(request.scope).name}"
         self._bringup.confirm(text(given, "step"), by, done=given.get("done") is True)
-        return self._bringup.told(self._shown())
+        return self._bringup.to_json(self._shown())

@@ -134,7 +134,7 @@ def test_what_an_operator_confirmed_is_kept_where_it_cannot_be_read(tmp_path: Pa
     """The next step that was confirmed took its place."""
     (tmp_path / "bringup.json").write_text(text)
     steps = BringUp(compose.load(None), tmp_path / "bringup.json")
-    assert not any(step["confirmed"] for step in steps.told({})["steps"])
+    assert not any(step["confirmed"] for step in steps.to_json({})["steps"])
     steps.confirm("dry", "somebody", done=True)
     assert (tmp_path / "bringup.broken").read_text() == text
-    assert [step["name"] for step in steps.told({})["steps"] if step["confirmed"]] == ["dry"]
+    assert [step["name"] for step in steps.to_json({})["steps"] if step["confirmed"]] == ["dry"]

@@ -57,7 +57,7 @@ def test_the_steps_are_those_of_the_manual_and_each_command_exists(tmp_path: Pat
     for step in steps:
         assert f"## {step.title[0]}." in manual
         assert not step.command or " ".join(step.command.split()[:2]) in manual
-    told = BringUp(compose.load(None), tmp_path / "kept.json").told(GOOD)
+    told = BringUp(compose.load(None), tmp_path / "kept.json").to_json(GOOD)
     assert all("{rig}" not in step["command"] for step in told["steps"])
 
 
@@ -67,24 +67,24 @@ def test_the_steps_are_those_of_the_manual_and_each_command_exists(tmp_path: Pat
 )
 def test_what_cannot_be_seen_is_not_said_to_be_done(tmp_path: Path, change: dict[str, Any]) -> None:
     bringup = BringUp(compose.load(None), tmp_path / "kept.json")
-    seen = {step["name"]: step["seen"] for step in bringup.told(GOOD)["steps"]}
+    seen = {step["name"]: step["seen"] for step in bringup.to_json(GOOD)["steps"]}
     assert "12 us" in seen["time"]
     assert seen["answer"]
-    assert not {step["name"]: step["seen"] for step in bringup.told(GOOD | change)["steps"]}["time"]
+    assert not {step["name"]: step["seen"] for step in bringup.to_json(GOOD | change)["steps"]}["time"]
 
 
 def test_what_is_confirmed_is_kept_and_taken_back(tmp_path: Path) -> None:
     kept = tmp_path / "kept.json"
     bringup = BringUp(compose.load(None), kept)
-    assert bringup.told(GOOD)["next"] == "paper"
+    assert bringup.to_json(GOOD)["next"] == "paper"
     bringup.confirm("paper", "browser 12ab", done=True)
-    assert BringUp(compose.load(None), kept).told(GOOD)["next"] == "dry"
+    assert BringUp(compose.load(None), kept).to_json(GOOD)["next"] == "dry"
     bringup.confirm("paper", "browser 12ab", done=False)
-    assert bringup.told(GOOD)["next"] == "paper"
+    assert bringup.to_json(GOOD)["next"] == "paper"
     with pytest.raises(RigError, match="no such step"):
         bringup.confirm("../x", "", done=True)
     kept.write_text("[1")
-    assert bringup.told(GOOD)["next"] == "paper"
+    assert bringup.to_json(GOOD)["next"] == "paper"
 
 
 def test_records_are_looked_up_in_listings(tmp_path: Path) -> None:
