@@ -24,7 +24,7 @@ from rig.qualify.faults.opening import interrupt_opening
 from rig.service.connections import protocol
 
 _FLUSHED_S: Final = 0.8
-"""After which something of a record is surely on the disk: three flushes (`rig.service.records.recorder.FLUSH_NS`)."""
+"""After which something of a record is surely on the disk: three flushes (`rig.service.records.open_run.FLUSH_NS`)."""
 _FULL_S: Final = 1.2
 """So long the disk takes nothing: the recorder meets it in several flushes, and must outlive each."""
 _FLOOD_S: Final = 1.5

@@ -20,7 +20,7 @@ from rig.realtime.faults import Fault
 from rig.realtime.ring import Ring, RingWriter
 from rig.realtime.state import State
 from rig.sample import WIRES, Flag, Phase, Sample
-from rig.service.records import recorder as recorder_module
+from rig.service.records import open_run
 from rig.service.records.recorder import Recorder
 from rig.service.records.recorder_messages import RecorderTrouble, RunOrder, RunResult
 
@@ -184,7 +184,7 @@ def test_complete_and_faulted_are_different_things(ring: Ring, tmp_path: Path, f
 def test_a_folder_that_is_deleted_under_a_record_is_said_at_once(
     ring: Ring, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(recorder_module, "FLUSH_NS", 0)
+    monkeypatch.setattr(open_run, "FLUSH_NS", 0)
     flush, calls = RunWriter.flush, [0]
 
     def flushing(self: RunWriter) -> None:
@@ -208,7 +208,7 @@ def test_a_folder_that_is_deleted_under_a_record_is_said_at_once(
 def test_a_full_disk_is_said_at_once_and_again_when_it_has_room(
     ring: Ring, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(recorder_module, "FLUSH_NS", 0)
+    monkeypatch.setattr(open_run, "FLUSH_NS", 0)
     write, calls = os.write, [0]
 
     def refusing(fd: int, data: bytes) -> int:
@@ -281,7 +281,7 @@ def test_a_disk_that_fills_up_leaves_what_was_written_and_says_so(
 
 
 def test_a_disk_that_gets_room_again_loses_nothing(ring: Ring, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(recorder_module, "FLUSH_NS", 0)
+    monkeypatch.setattr(open_run, "FLUSH_NS", 0)
     write, calls = os.write, [0]
 
     def refusing(fd: int, data: bytes) -> int:
@@ -310,7 +310,7 @@ def test_a_disk_that_gets_room_at_the_last_moment_makes_a_whole_record(
             raise RecordError("No space left on device")
         begun[0] = True
 
-    monkeypatch.setattr(recorder_module, "FLUSH_NS", 0)
+    monkeypatch.setattr(open_run, "FLUSH_NS", 0)
     monkeypatch.setattr(RunWriter, "flush", full)
     (result,) = recorded(ring, [*(sample(t, 1) for t in range(2000)), sample(2000, 0)], order(tmp_path))
     assert (result.valid, result.dropped, result.error) == (True, 0, "")
