@@ -7,7 +7,8 @@ from multiprocessing.connection import Connection
 from rig.app.compose import wires_of
 from rig.app.watcher_process import GoesOnAlone, claim_of, outside, speak, stay, try_for_commander
 from rig.errors import StateError
-from rig.realtime.safe_state import SafeBlock, SecondPath
+from rig.realtime.safe_report import SafeBlock
+from rig.realtime.safe_state import SecondPath
 from rig.rig_config import RigConfig
 from rig.service.processes import tell_commander
 from rig.service.session.process_setups import WatcherSetup

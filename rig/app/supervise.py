@@ -11,7 +11,8 @@ from rig.app.heir_process import heir_process
 from rig.app.loop_process import loop_process
 from rig.app.watcher_process import outside, watcher_process
 from rig.errors import DeviceError, RigError
-from rig.realtime.safe_state import Outcome, SecondPath, Writer, insist
+from rig.realtime.safe_report import Outcome, Writer
+from rig.realtime.safe_state import SecondPath, insist
 from rig.rig_config import RigConfig
 from rig.service.session.heir import Heir
 from rig.service.session.session import Watching

@@ -16,7 +16,7 @@ from rig.app.terminal import console
 from rig.app.watcher_process import watcher_process
 from rig.errors import RigError
 from rig.realtime.ring import Ring, RingWriter
-from rig.realtime.safe_state import Writer
+from rig.realtime.safe_report import Writer
 from rig.rig_config import RigConfig
 from rig.service.session.last_resort import last_resort
 from rig.service.session.watchers import Watchers

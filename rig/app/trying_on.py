@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Final
 
 from rig.app.terminal import say
-from rig.realtime.safe_state import NOT_SAFE
+from rig.realtime.safe_report import NOT_SAFE
 
 TRYING_ON_S: Final = 60.0
 """A plug that is put back, a module or a gateway that starts anew, is there again within a minute. Somebody or a script

@@ -18,17 +18,10 @@ from rig.interfaces import Device, abilities_of
 from rig.realtime import measures
 from rig.realtime.clock import MonotonicClock
 from rig.realtime.ring import Ring
-from rig.realtime.safe_state import (
-    LoopVerdict,
-    Outcome,
-    SafeBlock,
-    SafeStateAuthority,
-    SecondPath,
-    WatchedProcess,
-    Writer,
-    write_and_look,
-)
+from rig.realtime.safe_report import LoopVerdict, Outcome, SafeBlock, Writer
+from rig.realtime.safe_state import SafeStateAuthority, SecondPath, write_and_look
 from rig.realtime.supervisor import Supervisor
+from rig.realtime.watched_process import WatchedProcess
 from rig.rig_config import RigConfig
 from rig.service.processes import name_process, stand_apart, tell_commander
 from rig.service.session.process_setups import WatcherSetup

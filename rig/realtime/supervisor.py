@@ -10,7 +10,9 @@ import time
 from typing import Final
 
 from rig.realtime.ring import Ring
-from rig.realtime.safe_state import LoopVerdict, SafeBlock, SafeStateAuthority, WatchedProcess, Writer
+from rig.realtime.safe_report import LoopVerdict, SafeBlock, Writer
+from rig.realtime.safe_state import SafeStateAuthority
+from rig.realtime.watched_process import WatchedProcess
 
 _LOOK_S: Final = 0.05
 """The longest wait for the loop's end before a watcher beats again itself and looks whether it is released; others take

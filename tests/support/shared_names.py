@@ -4,7 +4,7 @@ import secrets
 from collections.abc import Iterator
 
 from rig.realtime import shared
-from rig.realtime.safe_state import SafeBlock
+from rig.realtime.safe_report import SafeBlock
 
 
 def unused_name() -> Iterator[str]:

@@ -23,8 +23,9 @@ from rig.app.trying_on import TryingOn
 from rig.errors import DeviceError, DeviceLost, RigError, beside
 from rig.interfaces import Device, Measurement, abilities_of
 from rig.realtime.clock import MonotonicClock
-from rig.realtime.safe_state import NOT_SAFE, RETRY_S, SafeReport, SecondPath, Writer, insist, write_and_look
-from rig.realtime.safe_state import Outcome as SafeOutcome
+from rig.realtime.safe_report import NOT_SAFE, SafeReport, Writer
+from rig.realtime.safe_report import Outcome as SafeOutcome
+from rig.realtime.safe_state import RETRY_S, SecondPath, insist, write_and_look
 from rig.realtime.way_out import LEAVING_NS
 from rig.sample import BROKEN_WIRE, SUSPECT
 from rig.service.signals import own_signals

@@ -84,7 +84,7 @@ def safe(rig_path: Path | None) -> None:
     """Write the safe state to the rig's device from here, whoever else has it. What systemd does after the daemon has
     ended."""
     from rig.app import compose, supervise
-    from rig.realtime.safe_state import Outcome
+    from rig.realtime.safe_report import Outcome
 
     rig = compose.load(rig_path)
     if not compose.outlives_the_loop(rig):

@@ -5,7 +5,8 @@ import asyncio
 import time
 from typing import Final
 
-from rig.realtime.safe_state import Outcome, SafeReport, SecondPath, insist
+from rig.realtime.safe_report import Outcome, SafeReport
+from rig.realtime.safe_state import SecondPath, insist
 from rig.service.aside import aside_or_here
 from rig.service.connections.protocol import Code, Refused
 from rig.service.session.asking import POLL_S

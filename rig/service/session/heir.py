@@ -10,7 +10,7 @@ from contextlib import ExitStack
 from typing import Any, Final
 
 from rig.realtime.ring import Ring
-from rig.realtime.safe_state import Outcome, Writer
+from rig.realtime.safe_report import Outcome, Writer
 from rig.service.aside import ReadyThread
 from rig.service.session.watchers import WatcherEntry, Watchers
 

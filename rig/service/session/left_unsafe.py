@@ -9,7 +9,8 @@ from dataclasses import replace
 from typing import Final
 
 from rig.errors import RigError
-from rig.realtime.safe_state import Outcome, SafeReport, SecondPath, Writer, write_and_look
+from rig.realtime.safe_report import Outcome, SafeReport, Writer
+from rig.realtime.safe_state import SecondPath, write_and_look
 from rig.service.aside import NoThread, ReadyThread
 from rig.service.session.heir import Heir
 from rig.service.session.session import Session

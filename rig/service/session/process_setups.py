@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from rig.realtime.safe_state import Writer
+from rig.realtime.safe_report import Writer
 
 
 @dataclass(frozen=True)

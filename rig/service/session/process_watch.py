@@ -17,16 +17,9 @@ from typing import Final
 from rig.realtime.commands import Mailbox
 from rig.realtime.faults import Fault
 from rig.realtime.ring import Ring
-from rig.realtime.safe_state import (
-    LoopVerdict,
-    Outcome,
-    SafeReport,
-    SafeStateAuthority,
-    SecondPath,
-    WatchedProcess,
-    Writer,
-    look,
-)
+from rig.realtime.safe_report import LoopVerdict, Outcome, SafeReport, Writer
+from rig.realtime.safe_state import SafeStateAuthority, SecondPath, look
+from rig.realtime.watched_process import WatchedProcess
 from rig.service.aside import ReadyThread
 from rig.service.processes import is_stopped
 from rig.service.session.watchers import Watchers

@@ -20,7 +20,7 @@ from rig.number_text import counted
 from rig.realtime.commands import Mailbox, program_name, program_path
 from rig.realtime.program import Program
 from rig.realtime.ring import CAPACITY, Ring
-from rig.realtime.safe_state import Writer
+from rig.realtime.safe_report import Writer
 from rig.realtime.shared import KEPT_RING, SharedBlock, sweep_stale
 from rig.service.processes import continue_process, start_process
 from rig.service.records.recorder_messages import RunResult

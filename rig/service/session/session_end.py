@@ -3,7 +3,7 @@
 from dataclasses import dataclass, field
 from typing import Final
 
-from rig.realtime.safe_state import SafeReport
+from rig.realtime.safe_report import SafeReport
 
 NEVER_TICKED: Final = "the loop never ticked, and nothing was written to the rig"
 

@@ -14,7 +14,7 @@ from rig.errors import ConfigError, DeviceError, RigError
 from rig.realtime import measures
 from rig.realtime.commands import Answer, Request
 from rig.realtime.faults import Fault
-from rig.realtime.safe_state import Outcome, SafeReport, Writer
+from rig.realtime.safe_report import Outcome, SafeReport, Writer
 from rig.realtime.shared import KEPT_RING
 from rig.realtime.state import Event, State
 from rig.service.aside import aside_or_here

@@ -9,7 +9,7 @@ from typing import Any, Final
 
 from rig.realtime.faults import EXPLANATIONS, Fault
 from rig.realtime.ring import Ring, RingReader
-from rig.realtime.safe_state import Outcome, SafeReport
+from rig.realtime.safe_report import Outcome, SafeReport
 from rig.realtime.state import State
 from rig.sample import Phase, Sample, unpack
 from rig.service.records.lateness import quantiles

@@ -14,7 +14,7 @@ from typing import Any, Final
 
 from rig.errors import ConfigError, DeviceError, RigError
 from rig.realtime.ring import Ring
-from rig.realtime.safe_state import SafeBlock, Writer
+from rig.realtime.safe_report import SafeBlock, Writer
 from rig.service.processes import continue_process, start_process
 from rig.service.session.process_setups import WatcherSetup
 from rig.silence import Silence

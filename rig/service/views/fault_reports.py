@@ -11,7 +11,7 @@ from typing import Final
 
 from rig.errors import RigError
 from rig.realtime.faults import Fault, explain
-from rig.realtime.safe_state import Outcome
+from rig.realtime.safe_report import Outcome
 from rig.realtime.state import State
 from rig.service.aside import END_S, aside
 from rig.service.records import blackbox

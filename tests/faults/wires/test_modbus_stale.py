@@ -13,7 +13,8 @@ from drivers.modbus_io.device import ModbusIo
 from drivers.modbus_io.settings import ExchangeMode
 from hil.emulators.emulation import Emulation
 from rig.errors import DeviceError, DeviceLost
-from rig.realtime.safe_state import Outcome, SecondPath, look
+from rig.realtime.safe_report import Outcome
+from rig.realtime.safe_state import SecondPath, look
 
 MODES = [ExchangeMode.SEPARATE, ExchangeMode.COMBINED, ExchangeMode.PROCESS]
 

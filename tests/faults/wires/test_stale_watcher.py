@@ -8,7 +8,7 @@ from pathlib import Path
 from support.rigs import fieldbus_rigs as rigs
 
 from rig.qualify.faults.wired import ModbusFaultBench
-from rig.realtime.safe_state import Outcome, SafeBlock, Writer
+from rig.realtime.safe_report import Outcome, SafeBlock, Writer
 from rig.realtime.shared import folder
 from rig.service.processes import is_stopped
 

@@ -12,7 +12,8 @@ from typing import Any, cast
 from rig.errors import DeviceError
 from rig.realtime.commands import Mailbox
 from rig.realtime.ring import Ring, RingWriter
-from rig.realtime.safe_state import SafeBlock, SecondPath, Writer
+from rig.realtime.safe_report import SafeBlock, Writer
+from rig.realtime.safe_state import SecondPath
 from rig.service.session.process_watch import Loss, ProcessWatch
 
 PERIOD_NS = 5_000_000

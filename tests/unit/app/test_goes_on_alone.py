@@ -9,7 +9,7 @@ from support.shared_names import safe_block, unused_name
 from rig.app import compose, watcher_process
 from rig.app.trying_on import ALONE_S
 from rig.app.watcher_process import GoesOnAlone
-from rig.realtime.safe_state import SafeBlock, Writer
+from rig.realtime.safe_report import SafeBlock, Writer
 
 name = pytest.fixture(unused_name)
 block = pytest.fixture(safe_block)

@@ -13,7 +13,8 @@ import pytest
 
 from rig.app import wire_locks
 from rig.errors import DeviceLost
-from rig.realtime.safe_state import Outcome, SecondPath, insist, write_and_look
+from rig.realtime.safe_report import Outcome
+from rig.realtime.safe_state import SecondPath, insist, write_and_look
 
 ATTEMPT = """
 import os, sys

@@ -11,7 +11,8 @@ from support.shared_names import safe_block, unused_name
 from rig.app import compose, watcher_process
 from rig.app.watcher_process import GoesOnAlone, try_for_commander
 from rig.errors import DeviceError
-from rig.realtime.safe_state import Outcome, SafeBlock, SecondPath, Writer
+from rig.realtime.safe_report import Outcome, SafeBlock, Writer
+from rig.realtime.safe_state import SecondPath
 
 name = pytest.fixture(unused_name)
 block = pytest.fixture(safe_block)

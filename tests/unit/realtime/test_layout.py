@@ -12,7 +12,7 @@ from rig.errors import LayoutError
 from rig.realtime import shared
 from rig.realtime.commands import Mailbox, Request
 from rig.realtime.ring import Ring, RingWriter
-from rig.realtime.safe_state import LoopVerdict, Outcome, SafeBlock, SafeReport, Writer
+from rig.realtime.safe_report import LoopVerdict, Outcome, SafeBlock, SafeReport, Writer
 from rig.realtime.shared import LAYOUT, SharedBlock
 from rig.sample import Sample
 from rig.service.records.recorder import record

@@ -14,17 +14,10 @@ import pytest
 
 from rig.errors import ConfigError, DeviceError
 from rig.realtime.ring import Ring, RingWriter
-from rig.realtime.safe_state import (
-    LoopVerdict,
-    Outcome,
-    SafeBlock,
-    SafeReport,
-    SafeStateAuthority,
-    SecondPath,
-    WatchedProcess,
-    Writer,
-)
+from rig.realtime.safe_report import LoopVerdict, Outcome, SafeBlock, SafeReport, Writer
+from rig.realtime.safe_state import SafeStateAuthority, SecondPath
 from rig.realtime.supervisor import Supervisor
+from rig.realtime.watched_process import WatchedProcess
 
 pytestmark = pytest.mark.real_time
 

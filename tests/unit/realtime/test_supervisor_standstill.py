@@ -10,7 +10,7 @@ import pytest
 
 from rig.realtime import supervisor as supervisors
 from rig.realtime.faults import Fault
-from rig.realtime.safe_state import LoopVerdict, Outcome, SafeBlock, SafeReport, Writer
+from rig.realtime.safe_report import LoopVerdict, Outcome, SafeBlock, SafeReport, Writer
 from rig.realtime.supervisor import Supervisor
 
 PERIOD_NS = 5_000_000

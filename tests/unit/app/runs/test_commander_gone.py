@@ -16,7 +16,7 @@ from rig.app.loop_process import loop_process
 from rig.app.watcher_process import watcher_process
 from rig.errors import RigError
 from rig.realtime.ring import Ring
-from rig.realtime.safe_state import Writer
+from rig.realtime.safe_report import Writer
 from rig.service.session.process_setups import LoopSetup, WatcherSetup
 from rig.service.session.session import Session
 from rig.service.session.watchers import Watchers

@@ -21,8 +21,9 @@ from rig.app.runs.runner import Planned, RunOptions
 from rig.app.trying_on import TryingOn
 from rig.app.watcher_process import watcher_process
 from rig.errors import DeviceError
-from rig.realtime.safe_state import Outcome as SafeOutcome
-from rig.realtime.safe_state import SecondPath, Writer
+from rig.realtime.safe_report import Outcome as SafeOutcome
+from rig.realtime.safe_report import Writer
+from rig.realtime.safe_state import SecondPath
 from rig.service.session.process_setups import LoopSetup
 from rig.service.session.session import Watching
 

@@ -11,8 +11,8 @@ from rig.app.runs import replaying, runner
 from rig.app.runs.outcome import RunOutcome
 from rig.app.runs.replaying import ReplayOptions, prepare, replay_all
 from rig.errors import CheckFailed
-from rig.realtime.safe_state import Outcome as Reached
-from rig.realtime.safe_state import SafeReport, Writer
+from rig.realtime.safe_report import Outcome as Reached
+from rig.realtime.safe_report import SafeReport, Writer
 from rig.service.records.recorder_messages import RunResult
 from rig.service.session.session_end import SessionEnd
 

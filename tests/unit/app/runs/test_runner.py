@@ -25,8 +25,8 @@ from rig.app.runs.runner import Planned, RunOptions
 from rig.app.runs.under_way import RunsUnderWay, ending
 from rig.errors import Interrupted, RigError
 from rig.realtime.faults import Fault
-from rig.realtime.safe_state import Outcome as SafeOutcome
-from rig.realtime.safe_state import SafeReport, Writer
+from rig.realtime.safe_report import Outcome as SafeOutcome
+from rig.realtime.safe_report import SafeReport, Writer
 from rig.sample import Sample
 from rig.service.records.recorder_messages import RunResult
 from rig.service.session.process_setups import LoopSetup

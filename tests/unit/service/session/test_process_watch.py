@@ -15,7 +15,8 @@ from support.rigs.watched_session import Bench, until
 
 from rig.errors import DeviceError
 from rig.realtime.faults import Fault
-from rig.realtime.safe_state import LoopVerdict, Outcome, SafeReport, SecondPath, Writer
+from rig.realtime.safe_report import LoopVerdict, Outcome, SafeReport, Writer
+from rig.realtime.safe_state import SecondPath
 from rig.realtime.state import State
 from rig.sample import Sample
 from rig.service.connections.protocol import Refused

@@ -22,7 +22,8 @@ from rig.app.supervise import parts_of
 from rig.errors import DeviceError, StateError
 from rig.realtime.faults import Fault
 from rig.realtime.ring import Ring
-from rig.realtime.safe_state import Outcome, SafeReport, SecondPath, Writer
+from rig.realtime.safe_report import Outcome, SafeReport, Writer
+from rig.realtime.safe_state import SecondPath
 from rig.realtime.shared import folder, living_owner
 from rig.realtime.state import Event, State
 from rig.service.connections.protocol import Refused

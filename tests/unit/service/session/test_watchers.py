@@ -14,7 +14,7 @@ import pytest
 
 from rig.errors import RigError
 from rig.realtime.ring import Ring
-from rig.realtime.safe_state import Writer
+from rig.realtime.safe_report import Writer
 from rig.service.session.process_setups import WatcherSetup
 from rig.service.session.watchers import WATCHER_PATIENCE_S, Watchers, await_ready
 
