@@ -29,8 +29,9 @@ from rig.blind_check.row import Facts, Round, Row, Truth
 from rig.blind_check.score import score_mode
 from rig.blind_check.source import Commands, Label, Source
 from rig.errors import RigError
-from rig.excite.experiment import expand, load_sweep
+from rig.excite.run_plan import expand
 from rig.excite.setpoints import around
+from rig.excite.sweep import load_sweep
 
 PERIOD_NS: Final = 5_000_000
 """Of the set-points of an experiment that an answer asks for, ns: 5 ms, the loop's usual period."""

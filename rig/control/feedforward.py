@@ -11,7 +11,7 @@ from rig.control.frequency_response import FrequencyResponse, best_linear_approx
 from rig.control.inverse import ANYTHING, DpBounds, Inverse, invert
 from rig.control.plant import Plant
 from rig.errors import EnvelopeError
-from rig.excite.experiment import RunPlan
+from rig.excite.run_plan import RunPlan
 from rig.realtime.guard import Limits
 from rig.record import Column
 

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from typing import Protocol
 
 from rig.errors import EnvelopeError
-from rig.excite.experiment import RunPlan
+from rig.excite.run_plan import RunPlan
 from rig.excite.setpoints import around
 
 NO_GAINS = "an angle to follow, without gains in closed_loop; `pamrig tune` finds some, `pamrig track` as well"

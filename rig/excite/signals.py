@@ -2,7 +2,7 @@
 
 The class is also the schema of its entry in a sweep's YAML. Values are computed from the time alone, never from the
 value before, so a skipped tick leaves the phase where it belongs. Here are the smooth ones; steps.py has those with
-levels, table.py those from a file. None knows P0, ramps or repeats: see experiment.py.
+levels, table.py those from a file. None knows P0, ramps or repeats: see sweep.py.
 """
 
 import math

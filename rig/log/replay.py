@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 
 from rig.columns import rms
 from rig.errors import RecordError
-from rig.excite.experiment import Timing
 from rig.excite.setpoints import around
+from rig.excite.sweep import Timing
 from rig.log.mcap.columns import Samples
 from rig.number_text import counted
 from rig.realtime.program import Program

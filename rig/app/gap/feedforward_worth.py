@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 def gains_of(reference: Path) -> "ClosedLoop":
     """Those of a reference's YAML; ConfigError when it has none."""
     from rig.app.shipped import find_config
-    from rig.excite.experiment import load_sweep
+    from rig.excite.sweep import load_sweep
 
     place = find_config(reference, "references")
     gains = load_sweep(place).closed_loop

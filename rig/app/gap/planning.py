@@ -16,7 +16,8 @@ from rig.app.shipped import find_config
 from rig.channels import FACT, PNEUMATIC, REST_MPA, Channels, map_text
 from rig.errors import ConfigError, EnvelopeError, RecordError
 from rig.excite.envelope import check_run
-from rig.excite.experiment import Entry, RunPlan, Sweep, Waves, expand, load_sweep
+from rig.excite.run_plan import RunPlan, Waves, expand
+from rig.excite.sweep import Entry, Sweep, load_sweep
 from rig.gap.answer.result import Interval
 from rig.gap.answer.words.sizes import size
 from rig.gap.hypotheses.library import LIBRARY, Allowed

@@ -11,8 +11,9 @@ from rig.app.shipped import find_config
 from rig.channels import FACT, common
 from rig.columns import rms
 from rig.errors import ConfigError
-from rig.excite.experiment import expand, load_sweep
+from rig.excite.run_plan import expand
 from rig.excite.setpoints import around
+from rig.excite.sweep import load_sweep
 from rig.log.convert import write_record
 from rig.log.reader import is_mcap, read
 from rig.log.session_times import begun_s

@@ -13,7 +13,8 @@ from rig.app.runs import record_folders, runner
 from rig.app.runs.outcome import RunOutcome
 from rig.config import read_yaml
 from rig.excite.envelope import check_run
-from rig.excite.experiment import expand, load_sweep, with_files
+from rig.excite.run_plan import expand
+from rig.excite.sweep import load_sweep, with_files
 from rig.rig_config import RigConfig
 from rig.service.session.run_setup import program_of
 

@@ -14,7 +14,8 @@ from rig.app.runs.outcome import RunOutcome
 from rig.app.runs.sweeping import read_from
 from rig.errors import ConfigError, RigError
 from rig.excite.envelope import check_run
-from rig.excite.experiment import RunPlan, Sweep, expand, load_sweep
+from rig.excite.run_plan import RunPlan, expand
+from rig.excite.sweep import Sweep, load_sweep
 from rig.gains import ClosedLoop
 from rig.outputs import OutputKind, write_text
 from rig.rig_config import RigConfig

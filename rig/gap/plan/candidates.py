@@ -10,9 +10,10 @@ import yaml
 
 from rig.errors import EnvelopeError
 from rig.excite.envelope import check
-from rig.excite.experiment import Entry, RunPlan, Sweep, Timing, Waves, expand
+from rig.excite.run_plan import RunPlan, Waves, expand
 from rig.excite.signals import Chirp, Mixed, Multisine, Signal, Sine, Triangle
 from rig.excite.steps import Staircase
+from rig.excite.sweep import Entry, Sweep, Timing
 from rig.gap.plan.settings import MOST_SWING_MPA, PEAK_OF_MIXED, SETTLE_S
 from rig.gap.response.propagate import RecordContext
 

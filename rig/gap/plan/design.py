@@ -6,7 +6,7 @@ from functools import partial
 
 import numpy as np
 
-from rig.excite.experiment import Entry
+from rig.excite.sweep import Entry
 from rig.gap.hypotheses.library import Effect
 from rig.gap.plan.candidates import lasts_s, planned
 from rig.gap.plan.capability import by_effect, first_of_each, named_separation, seen_separation

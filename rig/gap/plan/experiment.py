@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from rig.channels import PNEUMATIC, Channels
-from rig.excite.experiment import Entry
+from rig.excite.sweep import Entry
 from rig.gap.plan.candidates import lasting_s, sweep_text
 from rig.own_units import own_label
 

@@ -12,7 +12,8 @@ from itertools import combinations
 
 import numpy as np
 
-from rig.excite.experiment import Entry, RunPlan, Waves
+from rig.excite.run_plan import RunPlan, Waves
+from rig.excite.sweep import Entry
 from rig.gap.evidence.posterior import Posterior
 from rig.gap.hypotheses.fit import Fit, runs_away
 from rig.gap.hypotheses.inverse_problems import InverseProblem

@@ -8,7 +8,7 @@ from functools import partial
 import numpy as np
 
 from rig.errors import ModelError
-from rig.excite.experiment import RunPlan
+from rig.excite.run_plan import RunPlan
 from rig.excite.setpoints import around
 from rig.gap.hypotheses.inverse_problems import ANGLE, PRESSURES, InverseProblem, angle_problem, pressure_problem
 from rig.gap.plan.settings import ANGLE_MARGIN

@@ -10,7 +10,8 @@ from typing import Any
 
 from rig.app import compose, shipped
 from rig.app.loop_process import loop_process
-from rig.excite.experiment import RunPlan, expand, load_sweep
+from rig.excite.run_plan import RunPlan, expand
+from rig.excite.sweep import load_sweep
 from rig.qualify.benchmarks import figure
 from rig.qualify.benchmarks.record_limits import alone, peers_of
 from rig.rig_config import RigConfig

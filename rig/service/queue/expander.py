@@ -14,7 +14,8 @@ from typing import Any, Final
 
 from rig.errors import EnvelopeError, RigError
 from rig.excite.envelope import check_run
-from rig.excite.experiment import RunPlan, Sweep, expand, load_sweep
+from rig.excite.run_plan import RunPlan, expand
+from rig.excite.sweep import Sweep, load_sweep
 from rig.realtime.commands import program_name
 from rig.rig_config import RigConfig
 from rig.service.requests import serve_requests

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from rig.errors import ConfigError
 from rig.excite.envelope import NO_GAINS
-from rig.excite.experiment import RunPlan
+from rig.excite.run_plan import RunPlan
 from rig.excite.setpoints import around
 from rig.realtime.closed_loop import TrackingProgram
 from rig.realtime.program import Program

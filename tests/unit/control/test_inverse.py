@@ -11,8 +11,8 @@ from rig.control.frequency_response import best_linear_approximation
 from rig.control.inverse import ANYTHING, DpBounds, Inverse, invert
 from rig.control.plant import Plant, plant_of
 from rig.errors import EnvelopeError
-from rig.excite.experiment import RunPlan
 from rig.excite.reference import AngleReference, tracking
+from rig.excite.run_plan import RunPlan
 from rig.excite.signals import Mixed, Signal, Sine, Triangle
 from rig.gains import ClosedLoop
 from rig.model.parameters import AddedEffect, Model, load_model

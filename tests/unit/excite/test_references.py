@@ -8,8 +8,9 @@ import pytest
 
 from rig.errors import ConfigError, EnvelopeError
 from rig.excite.envelope import check_run
-from rig.excite.experiment import expand, load_sweep
 from rig.excite.reference import lead_in
+from rig.excite.run_plan import expand
+from rig.excite.sweep import load_sweep
 from rig.realtime.closed_loop import TrackingProgram
 from rig.realtime.guard import Limits
 from rig.service.session.run_setup import program_of

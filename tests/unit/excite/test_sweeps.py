@@ -11,7 +11,8 @@ from conftest import CONFIGS
 
 from rig.errors import ConfigError, EnvelopeError
 from rig.excite.envelope import check
-from rig.excite.experiment import RunPlan, expand, load_sweep
+from rig.excite.run_plan import RunPlan, expand
+from rig.excite.sweep import load_sweep
 
 PERIOD_NS = 5_000_000
 SWEEPS = CONFIGS / "sweeps"

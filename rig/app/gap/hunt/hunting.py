@@ -15,7 +15,8 @@ from rig.app.terminal import progress
 from rig.channels import Channels
 from rig.errors import ConfigError
 from rig.excite.envelope import check_run
-from rig.excite.experiment import expand, load_sweep
+from rig.excite.run_plan import expand
+from rig.excite.sweep import load_sweep
 from rig.gap.answer.result import Diagnosis
 from rig.gap.diagnosis import diagnose_with_grounds
 from rig.gap.hypotheses.library import NONE, UNKNOWN

@@ -19,7 +19,8 @@ from rig.blind_check.follow_up import commands_of
 from rig.blind_check.generate import nominal_model
 from rig.blind_check.source import records_of
 from rig.errors import RigError
-from rig.excite.experiment import expand, load_sweep
+from rig.excite.run_plan import expand
+from rig.excite.sweep import load_sweep
 from rig.gap.evidence.posterior import judge
 from rig.gap.hypotheses.inverse_problems import angle_problem, pressure_problem
 from rig.gap.hypotheses.library import LIBRARY

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rig.errors import RecordError
-from rig.excite.experiment import RunPlan
+from rig.excite.run_plan import RunPlan
 from rig.log import compare
 from rig.log.check import check
 from rig.log.mcap.reader import McapLog

@@ -17,7 +17,8 @@ from rig.app.gap.hunt.hunting import NAMED, NO_GAP, NO_NAME, TIME, Hunted, hunt
 from rig.app.gap.hunt.report import hunt_and_tell
 from rig.errors import CheckFailed, ConfigError
 from rig.excite.envelope import check_run
-from rig.excite.experiment import expand, load_sweep
+from rig.excite.run_plan import expand
+from rig.excite.sweep import load_sweep
 from rig.gap.hypotheses.library import NONE, UNKNOWN
 from rig.log.reader import read
 

@@ -241,7 +241,8 @@ def test_a_fact_that_warns_is_coloured_and_one_that_speaks_of_warnings_is_not(mo
 
 
 def test_planned_set_points_are_the_paper_s() -> None:
-    from rig.excite.experiment import expand, load_sweep
+    from rig.excite.run_plan import expand
+    from rig.excite.sweep import load_sweep
 
     plan = expand(load_sweep(shipped.configs() / "sweeps" / "quick.yaml"), 5_000_000)[0]
     made = program_of(plan, 4)

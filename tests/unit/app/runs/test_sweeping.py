@@ -8,7 +8,8 @@ from rig.app import compose, shipped
 from rig.app.runs import record_folders, runner, sweeping
 from rig.app.runs.outcome import RunOutcome
 from rig.app.runs.runner import Planned, RunOptions
-from rig.excite.experiment import RunPlan, Sweep, expand
+from rig.excite.run_plan import RunPlan, expand
+from rig.excite.sweep import Sweep
 from rig.rig_config import RigConfig
 from rig.service.records.record_names import free
 

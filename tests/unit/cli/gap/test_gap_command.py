@@ -14,8 +14,8 @@ from support.plants.gap_rigs import MODEL, session
 from rig.app.gap.baselines import sessions_of
 from rig.cli.gap.group import gap
 from rig.errors import RecordError, RigError
-from rig.excite.experiment import Entry, Timing, load_sweep
 from rig.excite.signals import Sine
+from rig.excite.sweep import Entry, Timing, load_sweep
 from rig.gap import pipeline
 from rig.gap.answer.words.sizes import degrees
 from rig.gap.plan.experiment import Experiment

@@ -12,7 +12,7 @@ from support.rigs.narrow_rig import narrow_rig, rig_of_few_effects
 from rig.app.model.simulating import commands_of
 from rig.cli.commands import cli
 from rig.errors import RigError
-from rig.excite.experiment import load_sweep
+from rig.excite.sweep import load_sweep
 from rig.model.parameters import load_model
 from rig.model.simulation import simulate
 

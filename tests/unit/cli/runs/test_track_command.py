@@ -15,7 +15,7 @@ from rig.app.runs.tracking import TrackOptions, prepare
 from rig.cli.gap.group import gap
 from rig.cli.runs.track import track, tune
 from rig.errors import CheckFailed, RigError
-from rig.excite.experiment import load_sweep
+from rig.excite.sweep import load_sweep
 from rig.log.reader import read
 from rig.model.parameters import AddedEffect, load_model, save_model
 from rig.sample import pack

@@ -8,8 +8,8 @@ import pytest
 from support.records.told_answers import cause, told
 
 from rig.channels import Channel, Channels
-from rig.excite.experiment import Entry, Timing
 from rig.excite.signals import Sine
+from rig.excite.sweep import Entry, Timing
 from rig.gap.answer.facts import (
     RAW_DATA,
     SIGNATURE,

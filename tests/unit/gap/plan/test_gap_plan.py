@@ -12,7 +12,8 @@ from scipy.fft import idct
 
 from rig.app.gap.known_rigs import Asked, described_by_call
 from rig.excite.envelope import check
-from rig.excite.experiment import expand, load_sweep
+from rig.excite.run_plan import expand
+from rig.excite.sweep import load_sweep
 from rig.gap.evidence.posterior import judge
 from rig.gap.hypotheses.inverse_problems import ANGLE, PRESSURES, InverseProblem
 from rig.gap.hypotheses.law_errors import with_law

@@ -14,8 +14,8 @@ from support.plants.gap_rigs import model, session
 from rig.app.gap.known_rigs import known_of
 from rig.app.gap.study.smallest_sizes import TRIED_TIMES, SizesFound, rows_of, sizes_page, threshold
 from rig.errors import RigError
-from rig.excite.experiment import Entry, Timing
 from rig.excite.signals import Sine
+from rig.excite.sweep import Entry, Timing
 from rig.gap.hypotheses.inverse_problems import ANGLE, parts_of_pressures, pressure_forward
 from rig.gap.hypotheses.library import LIBRARY
 from rig.gap.plan.candidates import SweepEnvelope, planned
