@@ -30,7 +30,8 @@ from rig.errors import RecordError, RigError
 from rig.gap.diagnosis import diagnose
 from rig.identify.records.data import RecordOptions
 from rig.log.foreign.mapping import ColumnSource, Mapping
-from rig.log.reader import record_from_columns, stem
+from rig.log.log_files import stem
+from rig.log.reader import record_from_columns
 from rig.model.parameters import Model
 from rig.own_units import own_plain
 from rig.record import Column, Record

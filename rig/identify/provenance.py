@@ -9,7 +9,7 @@ from typing import Final
 
 from rig.identify.records.data import Prepared
 from rig.identify.validate import Score
-from rig.log.reader import is_named_like_one
+from rig.log.log_files import is_named_like_one
 from rig.model.parameters import Model, Provenance, SourceLog
 from rig.record import Record
 

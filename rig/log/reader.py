@@ -1,14 +1,11 @@
 """Logs into records: MCAP, CSV, CSV.gz, TDMS, or a folder of them.
 
-Time stays as it is, irregular or not; nothing here resamples. A file that is not whole is refused with the byte at
-fault.
+Which files are logs is log_files.py. Time stays as it is, irregular or not; nothing here resamples. A file that is not
+whole is refused with the byte at fault.
 """
 
-import logging
-import os
 import re
 from collections.abc import Iterable, Iterator, Mapping
-from contextlib import suppress
 from dataclasses import replace
 from hashlib import sha256
 from pathlib import Path
@@ -24,6 +21,7 @@ from rig.log.foreign.delimited import read_table
 from rig.log.foreign.kinds import FileKind, kind_of
 from rig.log.foreign.sidecar import read_sidecar
 from rig.log.foreign.tables import own_columns, read_tdms
+from rig.log.log_files import is_mcap, logs_in, name_facts, pairing_name, warn
 from rig.log.mcap import schema
 from rig.log.mcap.columns import Array, Samples
 from rig.log.mcap.reader import McapLog
@@ -31,13 +29,10 @@ from rig.log.session_times import LOOP_NS
 from rig.record import AGED, MAIN_COLUMNS, Column, Record
 from rig.sample import Phase
 
-SUFFIXES: Final = (".mcap", ".csv", ".csv.gz", ".tdms")
-"""What a folder is searched for, in capitals or not: other systems write `.CSV`."""
 SWEEP_ONLY: Final = (Phase.SWEEP,)
 RUNS_LIMIT: Final = 1000
 """Runs in one file; the recorder puts one into each, other tools may merge files."""
 
-_LOG = logging.getLogger("pamrig")
 _NOT_COMPLETE: Final[Mapping[schema.Ended | None, str]] = {
     schema.Ended.STOPPED: "it was stopped before its sweep was over",
     schema.Ended.FAULT: "it ended in a fault",
@@ -48,12 +43,6 @@ _KEPT_FIELDS = (
     *("run", "state", "phase", "flags", "fault"),
 )
 _TIMES = ("scheduled_ns", "woken_ns")
-_REPEAT = re.compile(r"_r(?:epeat)?(\d+)$")
-_SUFFIX = re.compile(r"\.(partial|mcap|csv|gz|tdms|parquet|mat|lvm|txt)$", re.IGNORECASE)
-_SCORES: Final = re.compile(rb"record,[^,]*,nrmse,fit_percent,").match
-_HEAD_BYTES: Final = 256
-"""Of a CSV's first line that are read to tell a table of scores by it."""
-_LABEL = re.compile(r"([a-z]+)_([0-9.]+)hz_([0-9.]+)mpa")
 
 
 class NotCompleteError(RecordError):
@@ -92,64 +81,8 @@ def _complete_ones(
             records += _read_file(file, phases, complete_only=True)
         except NotCompleteError as error:
             left_out.append(error)
-            _warn(error)
+            warn(error)
     return records, left_out
-
-
-def is_log(path: Path) -> bool:
-    """A file that a folder of logs is searched for: named like one, and no table of scores that we left there."""
-    return is_named_like_one(path) and not _is_scores(path)
-
-
-def is_named_like_one(path: Path) -> bool:
-    """A file with the suffix of a log."""
-    return path.name.lower().endswith(SUFFIXES) and path.is_file()
-
-
-def _is_scores(path: Path) -> bool:
-    """The table that identification and validation leave beside their figures (rig.report.fit_files)."""
-    if path.suffix.lower() != ".csv":
-        return False
-    with suppress(OSError), path.open("rb") as file:
-        return _SCORES(file.readline(_HEAD_BYTES)) is not None
-    return False
-
-
-def holds_logs(folder: Path) -> bool:
-    """It is a folder, and a log lies in it or below."""
-    return folder.is_dir() and any(map(is_log, below(folder)))
-
-
-def below(folder: Path) -> Iterator[Path]:
-    """Everything in a folder and in those in it; RecordError for one that may not be read: it is not to pass for
-    empty."""
-
-    def refuse(error: OSError) -> None:
-        raise RecordError(f"{error.filename}: cannot be read: {error.strerror}")
-
-    for place, folders, files in os.walk(folder, onerror=refuse):
-        yield from (Path(place, name) for name in (*folders, *files))
-
-
-def logs_in(folder: Path) -> list[Path]:
-    """Every log in a folder and below; RecordError when there is none.
-
-    A table of the same name beside an MCAP file is its export: the same record, which counts once.
-    """
-    named = sorted(filter(is_named_like_one, below(folder)))
-    scores = {*filter(_is_scores, named)}
-    files = [file for file in named if file not in scores]
-    if not files:
-        raise RecordError(f"{folder}: no log in this folder; a log is {', '.join(SUFFIXES)}")
-    for file in sorted(scores):
-        _warn(f"{file}: passed over: a table of scores, no record")
-    ours = {file.parent / stem(file) for file in files if is_mcap(file)}
-    return [file for file in files if is_mcap(file) or file.parent / stem(file) not in ours]
-
-
-def is_mcap(file: Path) -> bool:
-    """It is named as a recording."""
-    return file.suffix.lower() == ".mcap"
 
 
 def read_all(paths: Iterable[Path]) -> list[Record]:
@@ -169,7 +102,7 @@ def _each_once(records: Iterable[Record]) -> Iterator[Record]:
         if first is record:
             yield record
         else:
-            _warn(f"{record.source}: passed over: the same record as {first.source}, which counts once")
+            warn(f"{record.source}: passed over: the same record as {first.source}, which counts once")
 
 
 def read_samples(path: Path) -> Samples:
@@ -244,31 +177,6 @@ def require_columns(names: list[str], path: Path) -> None:
         raise RecordError(f"{path}: no column dp_cmd_mpa, nor p1_cmd_mpa and p2_cmd_mpa; it has {shown[:200]}; {_MAPS}")
 
 
-def pairing_name(facts: Mapping[str, Any], path: Path) -> str:
-    """The name that is the same in every session and for every repeat: that of the run, else the file's; as one line of
-    characters that can be shown, for it stands in many a line, figure and page."""
-    name = str(facts.get("name") or stem(path))
-    return _REPEAT.sub("", " ".join("".join(one if one.isprintable() else " " for one in name).split()))
-
-
-def stem(path: Path) -> str:
-    """The file's name without the suffixes of logs and of tables."""
-    name = path.name
-    while (shorter := _SUFFIX.sub("", name)) != name:
-        name = shorter
-    return name
-
-
-def name_facts(path: Path) -> dict[str, Any]:
-    """What the name of a file says, where it has no facts of its own: session (its folder), repeat, signal."""
-    facts: dict[str, Any] = {"session": path.resolve().parent.name}
-    if repeat := _REPEAT.search(stem(path)):
-        facts["repeat"] = int(repeat[1])
-    if label := _LABEL.match(stem(path)):
-        facts |= {"signal": label[1], "frequency_hz": float(label[2]), "amplitude_mpa": float(label[3])}
-    return facts
-
-
 def require_complete(facts: Mapping[str, Any], path: Path) -> None:
     """NotCompleteError when the facts of a record say that its run did not come to its end."""
     ended = schema.ended_of(facts)
@@ -284,13 +192,9 @@ def is_complete(path: Path) -> bool:
         with McapLog(path) as log:
             require_complete(log.result_facts, path)
     except NotCompleteError as error:
-        _warn(error)
+        warn(error)
         return False
     return True
-
-
-def _warn(message: object) -> None:
-    _LOG.warning("%s", ascii(str(message))[1:-1])  # a name may hold anything, and this may go to a terminal
 
 
 def _read_file(path: Path, phases: Iterable[Phase] | None, *, complete_only: bool = False) -> list[Record]:

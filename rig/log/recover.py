@@ -12,13 +12,13 @@ import numpy as np
 
 from rig.errors import RecordError
 from rig.log.convert import LogContent, write_content
+from rig.log.log_files import stem
 from rig.log.mcap import schema
 from rig.log.mcap.collector import LogLine, SampleCollector
 from rig.log.mcap.columns import Samples
 from rig.log.mcap.contents import map_file
 from rig.log.mcap.framing import DamageError, Unpacker
 from rig.log.mcap.salvage import DamagedStretch, Salvage, salvage
-from rig.log.reader import stem
 
 RECOVERED_SUFFIX: Final = ".recovered.mcap"
 

@@ -49,7 +49,7 @@ def sessions_of(baselines: Sequence[Path]) -> list[Path]:
 def days_in(folder: Path) -> list[Path]:
     """The folders of a folder that has its logs in several of them and none beside them; else none. What else lies
     there, a note or a page, is not a log: it would make one session of all days."""
-    from rig.log.reader import holds_logs, is_log
+    from rig.log.log_files import holds_logs, is_log
 
     if not folder.is_dir():
         return []

@@ -16,7 +16,8 @@ from rig.app.gap.diagnosis_options import DiagnosisOptions, NamedDay
 from rig.errors import ConfigError, RecordError
 from rig.gap.history.trends import Day, History, day_of
 from rig.gap.settings import FALSE_ALARM_RATE
-from rig.log.reader import logs_in, read_all
+from rig.log.log_files import logs_in
+from rig.log.reader import read_all
 from rig.own_units import own_plain
 from rig.report.shown_text import in_one_line
 

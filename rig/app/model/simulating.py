@@ -15,7 +15,8 @@ from rig.excite.run_plan import expand
 from rig.excite.setpoints import around
 from rig.excite.sweep import load_sweep
 from rig.log.convert import write_record
-from rig.log.reader import is_mcap, read
+from rig.log.log_files import is_mcap
+from rig.log.reader import read
 from rig.log.session_times import begun_s
 from rig.model.external.simulator import KIND as EXTERNAL
 from rig.model.parameters import Input, Model, load_model

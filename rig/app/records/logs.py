@@ -11,7 +11,7 @@ import yaml
 
 from rig.errors import RecordError
 from rig.further_channels import furthers_of
-from rig.log import reader
+from rig.log import log_files, reader
 from rig.log.convert import LogContent, content_of_record, read_content, unkept_columns
 from rig.log.exchange import SUFFIXES, read_exported
 from rig.log.foreign.guess import Guess, guess
@@ -37,7 +37,7 @@ UNFINISHED: Final = "not finished: still being written, or cut; `pamrig log reco
 
 def found_files(paths: tuple[Path, ...]) -> list[Path]:
     """The paths themselves, and for a folder every log in it; RecordError for a folder without."""
-    return [file for path in paths for file in (reader.logs_in(path) if path.is_dir() else [path])]
+    return [file for path in paths for file in (log_files.logs_in(path) if path.is_dir() else [path])]
 
 
 def found_or_unfinished(paths: tuple[Path, ...]) -> tuple[list[Path], list[Path]]:
@@ -45,7 +45,7 @@ def found_or_unfinished(paths: tuple[Path, ...]) -> tuple[list[Path], list[Path]
     RecordError."""
     finished, unfinished = [], []
     for path in paths:
-        inside = reader.below(path) if path.is_dir() else ()
+        inside = log_files.below(path) if path.is_dir() else ()
         begun = sorted(file for file in inside if file.name.endswith(PARTIAL_SUFFIX))
         unfinished += begun
         try:
@@ -189,7 +189,7 @@ def imports(files: Sequence[Path], mapping_path: Path | None, out: Path | None) 
     if len(files) == 1 and out is not None and out.suffix and not out.is_dir():
         targets = [out]
     else:
-        targets = targets_in(out or Path(), map(reader.stem, files), ".mcap")
+        targets = targets_in(out or Path(), map(log_files.stem, files), ".mcap")
     if len(files) > 1:
         check_free(targets)
         for file in files:
@@ -266,16 +266,16 @@ def exports(
             yield next(targets), content
 
 
-def export_targets(log_files: list[Path], kind: str, out: Path | None) -> list[Path]:
-    """Where the exports of `log_files` go; RigError when the folder cannot be made, the name of the one file says
+def export_targets(logs: list[Path], kind: str, out: Path | None) -> list[Path]:
+    """Where the exports of `logs` go; RigError when the folder cannot be made, the name of the one file says
     another kind, or two would be one file beside their logs."""
-    names = [reader.stem(file) for file in log_files]
+    names = [log_files.stem(file) for file in logs]
     if out is None:
-        beside = [file.with_name(name + SUFFIXES[kind]) for file, name in zip(log_files, names, strict=True)]
+        beside = [file.with_name(name + SUFFIXES[kind]) for file, name in zip(logs, names, strict=True)]
         if twice := next((place for place in beside if beside.count(place) > 1), None):
             raise RecordError(f"{twice}: two records would be written there; -o FOLDER gives each a file of its own")
         return beside
-    if len(log_files) == 1 and not out.is_dir() and out.suffix:
+    if len(logs) == 1 and not out.is_dir() and out.suffix:
         if not out.name.lower().endswith(SUFFIXES[kind]):
             raise RecordError(f"-o {out}: a {kind} file ends in {SUFFIXES[kind]}; --to says which kind is written")
         return [out]

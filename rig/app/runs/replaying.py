@@ -15,7 +15,7 @@ from rig.channels import PNEUMATIC, REST_MPA, Channels, channels_of, common
 from rig.config import read_yaml, structure, suggest
 from rig.errors import CheckFailed, ConfigError, RecordError, RigError
 from rig.excite.envelope import check_setpoints
-from rig.log import reader
+from rig.log import log_files, reader
 from rig.log.convert import LogContent, content_of_record, read_content, write_content
 from rig.log.foreign.kinds import FileKind, kind_of
 from rig.log.replay import (
@@ -158,7 +158,7 @@ def replay_all(job: ReplayJob, options: ReplayOptions) -> Iterator[Replayed]:
     rig that was stopped does not move again for the next one. CheckFailed, with what is known of the safe state, when
     nothing can be compared."""
     out = options.out or record_folders.new_folder("replay")
-    single = reader.is_mcap(out) and len(job.recordings) == 1
+    single = log_files.is_mcap(out) and len(job.recordings) == 1
     targets = [out] if single else targets_in(out, (recording.name for recording in job.recordings), ".mcap")
     if len(targets) > 1 and options.figure is not None and options.figure.suffix:
         raise RecordError(f"--figure {options.figure}: {len(targets)} replays need a figure each; give a folder")
@@ -173,15 +173,15 @@ def replay_all(job: ReplayJob, options: ReplayOptions) -> Iterator[Replayed]:
 def _contents(log: Path) -> Iterator[tuple[str, Path, LogContent]]:
     for file in _complete_files(log) if log.is_dir() else [log]:
         if kind_of(file) is FileKind.MCAP:
-            yield reader.stem(file), file, read_content(file)
+            yield log_files.stem(file), file, read_content(file)
             continue
         for record in reader.read(file):
-            yield reader.stem(file), file, content_of_record(record, {})
+            yield log_files.stem(file), file, content_of_record(record, {})
 
 
 def _complete_files(folder: Path) -> list[Path]:
     """The recordings of a folder that are complete; the others are named. RecordError when there is none."""
-    files = sorted(file for file in reader.below(folder) if reader.is_mcap(file))
+    files = sorted(file for file in log_files.below(folder) if log_files.is_mcap(file))
     if not files:
         raise RecordError(f"{folder}: no .mcap file in this folder")
     left_out = [file for file in files if not reader.is_complete(file)]

@@ -212,7 +212,7 @@ def validate(model: Path, logs: tuple[Path, ...], beside: tuple[Path, ...], json
     from rig.cli.model.shown import show_validation, show_worst, validation_json
     from rig.errors import CheckFailed
     from rig.identify.validate import validate as judge
-    from rig.log.reader import is_named_like_one
+    from rig.log.log_files import is_named_like_one
     from rig.model.parameters import load_model
     from rig.own_units import own_text
     from rig.report.fit_files import write_validation

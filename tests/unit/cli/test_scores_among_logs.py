@@ -9,7 +9,8 @@ from support.records.made_logs import made_log
 from rig.app.gap.baselines import sessions_of
 from rig.cli.commands import cli
 from rig.errors import RecordError
-from rig.log.reader import logs_in, read
+from rig.log.log_files import logs_in
+from rig.log.reader import read
 
 MODEL = "configs/models/simulated.yaml"
 

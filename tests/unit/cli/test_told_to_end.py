@@ -9,7 +9,7 @@ import pytest
 from support.records.made_logs import made_content
 
 from rig.log import exchange
-from rig.log.reader import SUFFIXES, holds_logs
+from rig.log.log_files import SUFFIXES, holds_logs
 from rig.outputs import OutputKind, writing
 
 STRUCK = """

@@ -15,7 +15,8 @@ from rig.app.records.logs import import_content, proposed_mapping
 from rig.errors import RecordError
 from rig.log.convert import write_content
 from rig.log.foreign.guess import guess
-from rig.log.reader import read, stem
+from rig.log.log_files import stem
+from rig.log.reader import read
 from rig.record import Record
 
 T = np.arange(0, 400)
