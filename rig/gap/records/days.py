@@ -25,7 +25,7 @@ class UsableDay:
 
     records: list[Record]
     fallen: dict[int, tuple[Dropouts, ...]]
-    """What fell in each of the day's records, by the record's identity."""
+    """What fell in each of these records, by the record's identity."""
     stuck: list[str]
     """Which monitors stood still for a while, in words."""
     notes: list[str]
@@ -47,11 +47,12 @@ def usable_day(records: Sequence[Record], kind: str = "") -> UsableDay:
     """Of the rig as it is now; `kind`: what an earlier day's record is called in a note."""
     moving, stuck = without_stuck_monitors(records)
     cleaned = without_falls(moving, kind)
-    fallen = {id(record): mine for record, mine in zip(cleaned.records, cleaned.dropouts, strict=True)}
     if reason := early(cleaned.records):
-        return UsableDay([], fallen, stuck, [*cleaned.notes, f"{kind}{reason}"])
+        return UsableDay([], {}, stuck, [*cleaned.notes, f"{kind}{reason}"])
     kept, notes = usable_of(cleaned.records, kind)
-    return UsableDay(kept, fallen, stuck, [*cleaned.notes, *notes])
+    fallen = {id(record): mine for record, mine in zip(cleaned.records, cleaned.dropouts, strict=True)}
+    # of those alone that live on: another record may be given the identity of one that is gone
+    return UsableDay(kept, {id(record): fallen[id(record)] for record in kept}, stuck, [*cleaned.notes, *notes])
 
 
 def usable_baselines(baselines: Sequence[Sequence[Record]], case: Sequence[Record]) -> BaselineSessions:
