@@ -179,9 +179,10 @@ RESONANCES = tuple(0.01 * 1.25**k for k in range(16))
 FREE_JOINT = dict.fromkeys(("viscous_time_s", "inertia_time_s", *(f"loop_{k}" for k in range(1, 6))), 0.0)
 """A joint without friction of its own: the hysteresis is that of the muscles, as a Bouc-Wen model has it, and what
 acts on the joint stands behind it. Dry friction is then what a play is, viscous friction what a sensor's lag is."""
-HARDLY_DAMPED = tuple(FREE_JOINT | {"tau_s": tau} for tau in (0.004, 0.012))
-"""A mass on a free joint rings for a while: for ever none does that a rig has, and one that is damped more is told from
-viscous friction by nothing."""
+HARDLY_DAMPED = (FREE_JOINT | {"tau_s": 0.012},)
+RINGS = {"time_s": (0.02, 0.5), "tau_s": (0.0, 0.012)}
+"""A mass on a free joint rings for a while, and by how much it is damped is found with it: one that is damped more, or
+so small that it would ring above 8 Hz, is told from viscous friction by nothing."""
 CREEPS = {"share": (-0.5, 0.5), "tau_s": (0.4, 40.0)}
 """Half of an angle at most comes late: a creep that takes more within seconds is any slow joint (muscles creep by a tenth)."""
 CHOKED = tuple({"exhaust_mpa_s": exhaust, "choked": 1.0} for exhaust in (0.15, 0.3, 0.6, 1.2))
@@ -314,7 +315,7 @@ _LIBRARY: tuple[Effect, ...] = (
                                 Law("viscous_friction", ("tau_s",), (-0.01, -0.03))),
            "the angle lags in proportion to speed", "late", "lag"),
     Effect("inertia", (Law("inertia", ("time_s",), RESONANCES),
-                       Law("inertia", ("time_s",), RESONANCES, shapes=HARDLY_DAMPED),
+                       Law("inertia", ("time_s", "tau_s"), RESONANCES, shapes=HARDLY_DAMPED, bounds=RINGS),
                        Law("inertia", ("time_s",), (-0.015, -0.03, -0.06))),
            "fast parts of the angle overshoot and ring", "late", "inertia"),
     Effect("gravity_load", (

@@ -39,8 +39,10 @@ PRESLIDING_DEG = 0.05
 """Travel over which added dry friction builds up."""
 MOST_STEPS = 60
 """Newton's steps, or halvings of the interval that holds the angle; three or four are usual."""
-STATE_SIZE = DRY + 1
-"""Started, nominal angle and speed, new angle and speed, and those deflections."""
+OWN_BEFORE, NEW_BEFORE = DRY + 1, DRY + 2
+"""Where in the state the speeds of the tick before the last one stand, nominal and new."""
+STATE_SIZE = DRY + 3
+"""Started, nominal angle and speed, new angle and speed, those deflections, and those speeds."""
 EXACT_DEG = 1e-7
 """How exactly the balance holds."""
 AT_REST_S = 1e6
@@ -53,6 +55,10 @@ MOST_SOFTER_PER_DEG, MOST_SOFTER_PER_DEG2 = 0.1, 0.01
 """How much the compliance of the nominal joint may grow with the angle, over that in the middle, to the first and the
 second order (`softer`, `softer_out`): a joint is twice as soft within 10 degrees. More: a curve that was fitted to
 little motion makes a joint of no stiffness."""
+LEAST_DAMPING = 0.05
+"""Damping ratio that an added mass has at least: rubber and fabric give back no more than nine tenths of what a swing
+puts into them (a loss factor of 0.1, as natural rubber has; docs/decisions/0682). Less: behind a joint without
+friction of its own a mass rings through a whole record, which none does on a rig."""
 NOTHING_ADDED = (0.0, 0.0, 0.0, 0.0, 0.0)
 """width_deg, tau_s, time_s, load_deg, phase_deg of a joint without added terms."""
 
@@ -112,15 +118,26 @@ def moved_on(step: float, state: Values, at: int, params: Sequence[float]) -> fl
     return state[at + FORCE] + state[at + STIFFNESS] * to
 
 
+def acceleration(speed: float, before: float, earlier: float, ticks_per_s: float) -> float:
+    """Of a tick (deg/s^2), by its speed and those of the two ticks before, each the difference of two angles.
+
+    Implicit and of second order (Houbolt, J. Aeronautical Sciences 17, 1950): stable for every step, and a mass rings
+    as long as it does on a rig. The difference of two speeds is the acceleration of a tick ago, and damps as viscous
+    friction of a whole tick does (docs/decisions/0682).
+    """
+    return (2.0 * speed - 3.0 * before + earlier) * ticks_per_s
+
+
 def equilibrium_angle(y: float, state: Values, params: Sequence[float], dt_s: float) -> float:
     """The angle F (deg) to which the muscles pull, from the nominal angle y; steps the nominal half of `state` on by
     one tick."""
     ticks_per_s = 1.0 / dt_s
     step = y - state[1]
     speed = step * ticks_per_s
-    out = y + params[6] * speed + params[7] * params[7] * (speed - state[2]) * ticks_per_s
+    faster = acceleration(speed, state[2], state[OWN_BEFORE], ticks_per_s)
+    out = y + params[6] * speed + params[7] * params[7] * faster
     out += moved_on(step, state, OWN, params)
-    state[1], state[2] = y, speed
+    state[1], state[2], state[OWN_BEFORE] = y, speed, state[2]
     return out
 
 
@@ -147,24 +164,26 @@ def balanced_angle(
 
     compliance: ratio by which the added terms count; friction: ratio by which the nominal friction and inertia count.
     params: width_deg, tau_s, time_s, load_deg, phase_deg, p0_mpa, viscous time, inertia time, the five Maxwell-slip
-    weights; then what `nominal_compliance` takes. Below zero, width_deg, tau_s and time_s take off what the nominal
-    joint has of that, down to nothing.
+    weights; then what `nominal_compliance` takes. A mass that is added has LEAST_DAMPING at least. Below zero,
+    width_deg, tau_s and time_s take off what the nominal joint has of that, down to nothing.
     """
     radian, ticks_per_s = math.pi / 180.0, 1.0 / dt_s
-    viscous = max(friction * params[6] + compliance * params[1], 0.0) * ticks_per_s
+    lost = 2.0 * LEAST_DAMPING * math.sqrt(compliance) * max(params[2], 0.0)
+    viscous = max(friction * params[6] + compliance * params[1], lost) * ticks_per_s
     inertia = max(friction * params[7] * params[7] + compliance * params[2] * abs(params[2]), 0.0) * ticks_per_s
-    moving = 1.0 + viscous + inertia * ticks_per_s
+    moving = 1.0 + viscous + 2.0 * inertia * ticks_per_s
     dry = compliance * max(params[0], 0.0) / PRESLIDING_DEG
     load = compliance * params[3]
     slip = friction * kept_slip(params, compliance)
     old, rate = state[3], state[4]
+    coasting = 3.0 * rate - state[NEW_BEFORE]
     new = old + rate * dt_s
     below, above = -math.inf, math.inf
     for _ in range(MOST_STEPS):
         step = new - old
         on_its_line(step, state, NEW, params)
         moved, added = state[NEW + TRAVELLED] + step, state[DRY] + step
-        miss = new + viscous * step + inertia * (step * ticks_per_s - rate) - equilibrium
+        miss = new + viscous * step + inertia * (2.0 * step * ticks_per_s - coasting) - equilibrium
         miss += slip * (state[NEW + FORCE] + state[NEW + STIFFNESS] * moved)
         slope = moving + slip * state[NEW + STIFFNESS]
         if dry > 0.0:
@@ -195,7 +214,7 @@ def balanced_angle(
     step = new - old
     moved_on(step, state, NEW, params)
     state[DRY] = min(max(state[DRY] + step, -PRESLIDING_DEG), PRESLIDING_DEG)
-    state[3], state[4] = new, step * ticks_per_s
+    state[3], state[4], state[NEW_BEFORE] = new, step * ticks_per_s, rate
     return new
 
 

@@ -4,16 +4,20 @@ and flat beyond, and Newton's steps alone go to and fro between its two sides.""
 import math
 
 import numpy as np
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from scipy.signal import argrelmax
 
 from rig.model.compiled.columns import Joint, balanced
 from rig.model.compiled.stages import compiled
 from rig.model.effect_stages import EFFECT_STAGES
 from rig.model.equations.joint_balance import (
     DRY,
+    LEAST_DAMPING,
     LOOP_RADII_DEG,
     NEW,
+    NEW_BEFORE,
     PRESLIDING_DEG,
     REACHES_DEG,
     SHARES,
@@ -36,9 +40,10 @@ def numbers(width_deg: float, viscous_s: float, inertia_s: float, slip: list[flo
 
 def missed(new: float, pulled_to: float, before: list[float], params: list[float]) -> float:
     """By how many degrees the balance does not hold at an angle, one tick after `before`."""
-    old, rate = before[3], before[4]
+    old, rate, earlier = before[3], before[4], before[NEW_BEFORE]
     step = new - old
-    miss = new + params[6] * step / DT_S + params[7] ** 2 * (step / DT_S - rate) / DT_S - pulled_to
+    faster = (2.0 * step / DT_S - 3.0 * rate + earlier) / DT_S
+    miss = new + params[6] * step / DT_S + params[7] ** 2 * faster - pulled_to
     for k, (radius, share) in enumerate(zip(REACHES_DEG, SHARES, strict=True)):
         held = deflection(k, before, NEW)
         miss += params[8 + k // len(SPREAD)] * share * min(max(held + step, -radius), radius)
@@ -59,7 +64,7 @@ def test_the_balance_holds_at_every_tick(
     for pulled_to in pulled:
         before = list(state)
         new = balanced_angle(pulled_to, 1.0, 1.0, state, params, DT_S)
-        steepest = 1.0 + viscous_s / DT_S + (inertia_s / DT_S) ** 2 + 2.0 * sum(slip) + width_deg / PRESLIDING_DEG
+        steepest = 1.0 + viscous_s / DT_S + 2.0 * (inertia_s / DT_S) ** 2 + 2.0 * sum(slip) + width_deg / PRESLIDING_DEG
         assert abs(missed(new, pulled_to, before, params)) <= 1e-5 * steepest
 
 
@@ -110,3 +115,18 @@ def test_a_joint_with_friction_starts_where_it_rests_and_goes_on_once_it_moves()
     moved = balanced(angle, np.full(len(angle), 3.0), np.ones(len(angle)), joint, DT_S)
     assert 0.2 < moved[0] - angle[0] < 1.5
     assert np.mean((moved - angle)[400:]) > 2.0
+
+
+@given(st.floats(0.03, 0.12), st.sampled_from([0.0025, 0.005, 0.01]))
+def test_an_added_mass_rings_as_long_whatever_the_tick(time_s: float, tick_s: float) -> None:
+    """On a joint without friction of its own, sent from rest by 1 deg: a swing has 1 / (2 pi time_s) Hz, and the next
+    one e^(-2 pi damping) of it."""
+    swings = 4
+    state, params = [0.0] * STATE_SIZE, [0.0, 0.0, time_s, 0.0, 0.0, P0_MPA, 0.0, 0.0, *[0.0] * 7]
+    rows = round(swings * 2.0 * math.pi * time_s / tick_s)
+    angle = np.array([balanced_angle(1.0, 1.0, 1.0, state, params, tick_s) for _ in range(rows)]) - 1.0
+    crossings = np.nonzero(np.diff(np.sign(angle)))[0]
+    assert np.diff(crossings).mean() * tick_s == pytest.approx(math.pi * time_s, abs=tick_s)
+    tops = np.abs(angle)[argrelmax(np.abs(angle))[0]]
+    lost = -np.log(tops[2:] / tops[:-2]).mean() / (2.0 * math.pi)
+    assert lost == pytest.approx(LEAST_DAMPING, abs=0.02)
