@@ -183,6 +183,10 @@ HARDLY_DAMPED = (FREE_JOINT | {"tau_s": 0.012},)
 RINGS = {"time_s": (0.02, 0.5), "tau_s": (0.0, 0.012)}
 """A mass on a free joint rings for a while, and by how much it is damped is found with it: one that is damped more, or
 so small that it would ring above 8 Hz, is told from viscous friction by nothing."""
+GIVES = tuple({"presliding_deg": share} for share in (0.05, 0.2))
+GIVES_UP_TO = {"presliding_deg": (0.002, 0.5)}
+"""Friction by bristles, a band or rubber gives before it slips: by a share of half the angle's range, up to a half of
+that; what gives further is a spring."""
 CREEPS = {"share": (-0.5, 0.5), "tau_s": (0.4, 40.0)}
 """Half of an angle at most comes late: a creep that takes more within seconds is any slow joint (muscles creep by a tenth)."""
 CHOKED = tuple({"exhaust_mpa_s": exhaust, "choked": 1.0} for exhaust in (0.15, 0.3, 0.6, 1.2))
@@ -307,6 +311,7 @@ _LIBRARY: tuple[Effect, ...] = (
                              Law("one_muscle_warms", ("rate_per_min",), SLOWLY, signs=BOTH_SIGNS, shapes=tuple(one | ALL_SESSION for one in EITHER_MUSCLE))),
            "the amplitude grows or shrinks through each record or through the session, and the angle wanders where one muscle warms more", "drift", "thermal"),
     Effect("coulomb_friction", (Law("coulomb_friction", ("width_deg",), WIDTHS, "span_deg"),
+                                Law("coulomb_friction", ("width_deg", "presliding_deg"), WIDTHS, "span_deg", shapes=GIVES, counted={"presliding_deg": "span_deg"}, bounds=GIVES_UP_TO),
                                 Law("coulomb_friction", ("width_deg",), (0.003, *WIDTHS), "span_deg", shapes=(FREE_JOINT,), like="backlash"),
                                 Law("coulomb_friction", ("width_deg",), (-0.01, -0.03, -0.1), "span_deg")),
            "the loop is wider, or narrower, at every speed, with corners at turning points", "play", "play", absorbed=True),

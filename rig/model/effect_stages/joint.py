@@ -26,7 +26,7 @@ def balance_again(p1: Values, p2: Values, y: Values, state: Values, params: Sequ
     y is the nominal angle. From it and from the nominal joint follows the angle to which the muscles pull; the same
     balance with the added terms is then solved for the new angle. Nothing added: y as it was.
     params: width_deg, tau_s, time_s, load_deg, phase_deg, p0_mpa, viscous_time_s, inertia_time_s, loop_1..5, softer,
-    softer_out. state: see `joint_balance.STATE_SIZE`.
+    softer_out, presliding_deg. state: see `joint_balance.STATE_SIZE`.
     """
     for i in range(len(y)):
         compliance = nominal_compliance(y[i], params) * 2.0 * params[5] / max(p1[i] + p2[i], 0.02)
@@ -48,18 +48,18 @@ def stiffness(p1: Values, p2: Values, y: Values, state: Values, params: Sequence
     `load_deg`; params: those of `balance_again`, then stiffness, spring (0 or 1), rise_per_min, relax_s.
     """
     radian = math.pi / 180.0
-    comes = 1.0 - math.exp(-dt_s / params[18]) if params[18] > 0.0 else 0.0
+    comes = 1.0 - math.exp(-dt_s / params[19]) if params[19] > 0.0 else 0.0
     for i in range(len(y)):
         if state[0] == 0.0:
             state[0], state[1], state[3] = 1.0, y[i], y[i]
-            state[STATE_SIZE + 1] = y[i] if params[18] > 0.0 else 0.0
+            state[STATE_SIZE + 1] = y[i] if params[19] > 0.0 else 0.0
         compliance = nominal_compliance(y[i], params) * 2.0 * params[5] / max(p1[i] + p2[i], 0.02)
-        against = 1.0 + params[16] * (compliance - 1.0)
-        counts = 1.0 / max(1.0 + against * (params[15] + params[17] * state[STATE_SIZE] / 60.0), 0.1)
+        against = 1.0 + params[17] * (compliance - 1.0)
+        counts = 1.0 / max(1.0 + against * (params[16] + params[18] * state[STATE_SIZE] / 60.0), 0.1)
         state[STATE_SIZE] += dt_s
         weight = params[3] * math.sin((y[i] + params[4]) * radian)
         pulled_to = equilibrium_angle(y[i], state, params, dt_s) + weight
-        held = pulled_to + params[16] * (1.0 - counts) * (state[STATE_SIZE + 1] - pulled_to)
+        held = pulled_to + params[17] * (1.0 - counts) * (state[STATE_SIZE + 1] - pulled_to)
         y[i] = balanced_angle(held, counts, counts, state, params, dt_s)
         state[STATE_SIZE + 1] += comes * (y[i] - state[STATE_SIZE + 1])
 

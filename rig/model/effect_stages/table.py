@@ -12,6 +12,7 @@ from rig.model.equations.joint_balance import (
     LOOP_RADII_DEG,
     MOST_SOFTER_PER_DEG,
     MOST_SOFTER_PER_DEG2,
+    PRESLIDING_DEG,
     STATE_SIZE,
 )
 from rig.model.slots import Slot, StageFunction
@@ -76,6 +77,7 @@ _BALANCED = (
         0.0,
         "how much softer it is towards both ends",
     ),
+    _P("presliding_deg", "deg", 0.01, 20.0, PRESLIDING_DEG, "how far added dry friction gives before it slips"),
 )
 """What the effects of the joint's balance share; each is the one number that is not neutral."""
 _SEED = _P("seed", "1", 0.0, 1e6, 0.0, "seed of the random numbers")

@@ -36,7 +36,8 @@ OF_A_FRICTION = PARTS + 7
 OWN, NEW, DRY = 5, 5 + OF_A_FRICTION, 5 + 2 * OF_A_FRICTION
 """Where in the state the nominal friction begins, the new one, and the deflection of what is added."""
 PRESLIDING_DEG = 0.05
-"""Travel over which added dry friction builds up."""
+"""Travel over which added dry friction builds up where nothing else is said (`presliding_deg`): bare metal gives less
+than that before it slips, a joint on rubber, bristles or a band up to several degrees."""
 MOST_STEPS = 60
 """Newton's steps, or halvings of the interval that holds the angle; three or four are usual."""
 OWN_BEFORE, NEW_BEFORE = DRY + 1, DRY + 2
@@ -164,15 +165,16 @@ def balanced_angle(
 
     compliance: ratio by which the added terms count; friction: ratio by which the nominal friction and inertia count.
     params: width_deg, tau_s, time_s, load_deg, phase_deg, p0_mpa, viscous time, inertia time, the five Maxwell-slip
-    weights; then what `nominal_compliance` takes. A mass that is added has LEAST_DAMPING at least. Below zero,
-    width_deg, tau_s and time_s take off what the nominal joint has of that, down to nothing.
+    weights; then what `nominal_compliance` takes, and presliding_deg. A mass that is added has LEAST_DAMPING at least.
+    Below zero, width_deg, tau_s and time_s take off what the nominal joint has of that, down to nothing.
     """
     radian, ticks_per_s = math.pi / 180.0, 1.0 / dt_s
     lost = 2.0 * LEAST_DAMPING * math.sqrt(compliance) * max(params[2], 0.0)
     viscous = max(friction * params[6] + compliance * params[1], lost) * ticks_per_s
     inertia = max(friction * params[7] * params[7] + compliance * params[2] * abs(params[2]), 0.0) * ticks_per_s
     moving = 1.0 + viscous + 2.0 * inertia * ticks_per_s
-    dry = compliance * max(params[0], 0.0) / PRESLIDING_DEG
+    gives = params[15] if params[0] > 0.0 else PRESLIDING_DEG
+    dry = compliance * max(params[0], 0.0) / gives
     load = compliance * params[3]
     slip = friction * kept_slip(params, compliance)
     old, rate = state[3], state[4]
@@ -187,8 +189,8 @@ def balanced_angle(
         miss += slip * (state[NEW + FORCE] + state[NEW + STIFFNESS] * moved)
         slope = moving + slip * state[NEW + STIFFNESS]
         if dry > 0.0:
-            miss += dry * min(max(added, -PRESLIDING_DEG), PRESLIDING_DEG)
-            slope += dry if abs(added) < PRESLIDING_DEG else 0.0
+            miss += dry * min(max(added, -gives), gives)
+            slope += dry if abs(added) < gives else 0.0
         if load != 0.0:  # a sine and a cosine take as long as all the rest
             turned = (new + params[4]) * radian
             miss += load * math.sin(turned)
@@ -207,20 +209,20 @@ def balanced_angle(
             new = 0.5 * (below + above)
         elif (
             state[NEW + LEAST] <= moved - change <= state[NEW + MOST]
-            and (dry == 0.0 or sticks(added) == sticks(added - change))
+            and (dry == 0.0 or sticks(added, gives) == sticks(added - change, gives))
             and 0.5 * abs(load) * radian * radian * change * change < EXACT_DEG
         ):
             break  # but for the load the balance is a straight line between the two, on which Newton's step is exact
     step = new - old
     moved_on(step, state, NEW, params)
-    state[DRY] = min(max(state[DRY] + step, -PRESLIDING_DEG), PRESLIDING_DEG)
+    state[DRY] = min(max(state[DRY] + step, -gives), gives)
     state[3], state[4], state[NEW_BEFORE] = new, step * ticks_per_s, rate
     return new
 
 
-def sticks(deflection_deg: float) -> int:
-    """0 where added dry friction sticks, else which way it slips."""
-    return int(deflection_deg >= PRESLIDING_DEG) - int(deflection_deg <= -PRESLIDING_DEG)
+def sticks(deflection_deg: float, gives_deg: float) -> int:
+    """0 where added dry friction, which gives by so much before it slips, sticks, else which way it slips."""
+    return int(deflection_deg >= gives_deg) - int(deflection_deg <= -gives_deg)
 
 
 def equilibrium_angles(

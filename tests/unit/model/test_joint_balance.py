@@ -33,9 +33,11 @@ DT_S = 0.005
 P0_MPA = 0.2
 
 
-def numbers(width_deg: float, viscous_s: float, inertia_s: float, slip: list[float]) -> list[float]:
+def numbers(
+    width_deg: float, viscous_s: float, inertia_s: float, slip: list[float], gives_deg: float = PRESLIDING_DEG
+) -> list[float]:
     """Of `balanced_angle`: added dry friction on a joint with friction of its own."""
-    return [width_deg, 0.0, 0.0, 0.0, 0.0, P0_MPA, viscous_s, inertia_s, *slip]
+    return [width_deg, 0.0, 0.0, 0.0, 0.0, P0_MPA, viscous_s, inertia_s, *slip, 0.0, 0.0, gives_deg]
 
 
 def missed(new: float, pulled_to: float, before: list[float], params: list[float]) -> float:
@@ -47,7 +49,7 @@ def missed(new: float, pulled_to: float, before: list[float], params: list[float
     for k, (radius, share) in enumerate(zip(REACHES_DEG, SHARES, strict=True)):
         held = deflection(k, before, NEW)
         miss += params[8 + k // len(SPREAD)] * share * min(max(held + step, -radius), radius)
-    return miss + params[0] / PRESLIDING_DEG * min(max(before[DRY] + step, -PRESLIDING_DEG), PRESLIDING_DEG)
+    return miss + params[0] / params[15] * min(max(before[DRY] + step, -params[15]), params[15])
 
 
 @given(
@@ -56,15 +58,16 @@ def missed(new: float, pulled_to: float, before: list[float], params: list[float
     st.floats(0.0, 0.05),
     st.lists(st.floats(0.0, 5.0), min_size=5, max_size=5),
     st.lists(st.floats(-40.0, 40.0), min_size=1, max_size=30),
+    st.floats(PRESLIDING_DEG, 10.0),
 )
 def test_the_balance_holds_at_every_tick(
-    width_deg: float, viscous_s: float, inertia_s: float, slip: list[float], pulled: list[float]
+    width_deg: float, viscous_s: float, inertia_s: float, slip: list[float], pulled: list[float], gives_deg: float
 ) -> None:
-    params, state = numbers(width_deg, viscous_s, inertia_s, slip), [0.0] * STATE_SIZE
+    params, state = numbers(width_deg, viscous_s, inertia_s, slip, gives_deg), [0.0] * STATE_SIZE
     for pulled_to in pulled:
         before = list(state)
         new = balanced_angle(pulled_to, 1.0, 1.0, state, params, DT_S)
-        steepest = 1.0 + viscous_s / DT_S + 2.0 * (inertia_s / DT_S) ** 2 + 2.0 * sum(slip) + width_deg / PRESLIDING_DEG
+        steepest = 1.0 + viscous_s / DT_S + 2.0 * (inertia_s / DT_S) ** 2 + 2.0 * sum(slip) + width_deg / gives_deg
         assert abs(missed(new, pulled_to, before, params)) <= 1e-5 * steepest
 
 
@@ -87,14 +90,21 @@ def test_the_line_of_a_friction_is_the_sum_of_its_parts(slip: list[float], moves
         assert np.allclose([deflection(k, state, NEW) for k in counted], [parts[k] for k in counted], atol=1e-9)
 
 
-@given(st.floats(0.3, 4.0), st.floats(0.2, 3.0), st.floats(10.0, 35.0))
+@given(st.floats(0.3, 4.0), st.floats(0.2, 3.0), st.floats(10.0, 35.0), st.floats(PRESLIDING_DEG, 10.0))
 def test_dry_friction_changes_an_angle_by_no_more_than_its_width(
-    width_deg: float, frequency_hz: float, amplitude_deg: float
+    width_deg: float, frequency_hz: float, amplitude_deg: float, gives_deg: float
 ) -> None:
     t = np.arange(round(4.0 / frequency_hz / DT_S)) * DT_S
     angle = amplitude_deg * np.sin(2.0 * math.pi * frequency_hz * t)
     entry = EFFECT_STAGES["coulomb_friction"]
-    known = entry.neutral() | {"width_deg": width_deg, "loop_1": 2.4, "loop_2": 0.8, "loop_3": 0.3, "loop_5": 0.1}
+    known = entry.neutral() | {
+        "width_deg": width_deg,
+        "presliding_deg": gives_deg,
+        "loop_1": 2.4,
+        "loop_2": 0.8,
+        "loop_3": 0.3,
+        "loop_5": 0.1,
+    }
     changed, pressure = angle.copy(), np.full(len(angle), P0_MPA)
     params = np.array([known[name] for name in entry.parameters])
     compiled(entry.stage)(pressure, pressure.copy(), changed, np.zeros(entry.state_size), params, DT_S)
