@@ -319,9 +319,9 @@ _LIBRARY: tuple[Effect, ...] = (
                                 Law("viscous_friction", ("tau_s",), TIMES, shapes=(FREE_JOINT,), like="sensor_lag"),
                                 Law("viscous_friction", ("tau_s",), (-0.01, -0.03))),
            "the angle lags in proportion to speed", "late", "lag"),
-    Effect("inertia", (Law("inertia", ("time_s",), RESONANCES),
+    Effect("inertia", (Law("inertia", ("time_s",), RESONANCES, bounds={"time_s": (0.01, 0.5)}),
                        Law("inertia", ("time_s", "tau_s"), RESONANCES, shapes=HARDLY_DAMPED, bounds=RINGS),
-                       Law("inertia", ("time_s",), (-0.015, -0.03, -0.06))),
+                       Law("inertia", ("time_s",), (-0.015, -0.03, -0.06), bounds={"time_s": (-0.5, -0.01)})),
            "fast parts of the angle overshoot and ring", "late", "inertia"),
     Effect("gravity_load", (
         Law("gravity_load", ("load_deg",), (0.01, 0.05, 0.2, 0.6), "span_deg", BOTH_SIGNS),
