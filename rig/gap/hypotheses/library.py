@@ -180,6 +180,9 @@ FREE_JOINT = dict.fromkeys(("viscous_time_s", "inertia_time_s", *(f"loop_{k}" fo
 """A joint without friction of its own: the hysteresis is that of the muscles, as a Bouc-Wen model has it, and what
 acts on the joint stands behind it. Dry friction is then what a play is, viscous friction what a sensor's lag is."""
 HARDLY_DAMPED = (FREE_JOINT | {"tau_s": 0.012},)
+DAMPED = {"time_s": (0.01, 0.5), "tau_s": (0.0, 0.01)}
+"""A mass on a joint with friction of its own may damp it more, as what holds it does, and rings below 16 Hz: above,
+nothing is seen of it."""
 RINGS = {"time_s": (0.02, 0.5), "tau_s": (0.0, 0.012)}
 """A mass on a free joint rings for a while, and by how much it is damped is found with it: one that is damped more, or
 so small that it would ring above 8 Hz, is told from viscous friction by nothing."""
@@ -319,7 +322,7 @@ _LIBRARY: tuple[Effect, ...] = (
                                 Law("viscous_friction", ("tau_s",), TIMES, shapes=(FREE_JOINT,), like="sensor_lag"),
                                 Law("viscous_friction", ("tau_s",), (-0.01, -0.03))),
            "the angle lags in proportion to speed", "late", "lag"),
-    Effect("inertia", (Law("inertia", ("time_s",), RESONANCES, bounds={"time_s": (0.01, 0.5)}),
+    Effect("inertia", (Law("inertia", ("time_s", "tau_s"), RESONANCES, bounds=DAMPED),
                        Law("inertia", ("time_s", "tau_s"), RESONANCES, shapes=HARDLY_DAMPED, bounds=RINGS),
                        Law("inertia", ("time_s",), (-0.015, -0.03, -0.06), bounds={"time_s": (-0.5, -0.01)})),
            "fast parts of the angle overshoot and ring", "late", "inertia"),
