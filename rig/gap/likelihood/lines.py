@@ -106,17 +106,16 @@ class Lines:
 
     @cached_property
     def _places(self) -> list[tuple[Places, Column, Places, Column]]:
-        """For all records of one length and period: their transform's rows (r, n), the even ones first and then the odd
-        ones backwards, whether they were measured (r, n), their lines (r, count) and what makes those of a
+        """For all records of one transform and as many lines: that transform's rows (r, n), the even ones first and
+        then the odd ones backwards, whether they were measured (r, n), their lines (r, count) and what makes those of a
         transform."""
-        first_row, first_line = np.cumsum((0, *self.rows)), self.ends
-        kinds, found = list(zip(self.rows, self.counts, strict=True)), []
-        for kind in dict.fromkeys(kinds):
-            own = [k for k, other in enumerate(kinds) if other == kind]
-            (has, count), n = kind, fast_length(kind[0])
+        first_row, first_line, has = np.cumsum((0, *self.rows)), self.ends, np.array(self.rows)
+        kinds, found = list(zip(self._lengths, self.counts, strict=True)), []
+        for n, count in dict.fromkeys(kinds):
+            own = [k for k, other in enumerate(kinds) if other == (n, count)]
             order = np.concatenate([np.arange(0, n, 2), np.arange(1, n, 2)[::-1]])
-            rows = first_row[own][:, None] + np.minimum(order, has - 1)
-            used = self.used[rows] * (order < has)
+            rows = first_row[own][:, None] + np.minimum(order, has[own][:, None] - 1)
+            used = self.used[rows] * (order < has[own][:, None])
             found.append((rows, used, first_line[own][:, None] + np.arange(count), _turns(n, count)))
         return found
 
