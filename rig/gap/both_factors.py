@@ -53,7 +53,7 @@ class BothFactors:
         ahead = self._posterior(pressure_problem(expected, settings))
         days = pressure_days(expected.contexts)
         given = {name: expected_given(ahead, name, expected, days, settings) for name in ahead.likely(STILL_LIKELY)}
-        found = {name: self._angle_posterior_given(name, one) for name, one in given.items()}
+        found = self._angle_posteriors(given)
         faint = _faint(ahead, given, expected, days, settings)
         if len(given) + len(faint) > 1:
             few = _still_open(self.effects, found.values())
@@ -70,6 +70,15 @@ class BothFactors:
     def _posterior(self, problem: InverseProblem, healthy: float = 0.0) -> Posterior:
         experiments = self.question.experiments.get(problem.name, {})
         return judge(self.effects, _with_withheld(self.question, problem), experiments, healthy)
+
+    def _angle_posteriors(self, given: Mapping[str, Expected]) -> dict[str, Posterior]:
+        """The posterior of the angle given each hypothesis ahead of the monitors; one for all that leave what is
+        expected of it as it was."""
+        found: dict[str, Posterior] = {}
+        for name, expected in given.items():
+            alike = next((other for other in found if given[other] is expected), None)
+            found[name] = self._angle_posterior_given(name, expected) if alike is None else found[alike]
+        return found
 
     def _angle_posterior_given(self, name: str, expected: Expected) -> Posterior:
         """The posterior of the angle given a hypothesis ahead of the monitors."""
