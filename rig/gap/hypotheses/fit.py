@@ -226,9 +226,10 @@ def _as_rough(fit: Fit) -> Fit:
     that shows it a little is left unexplained."""
     trial, fixed = _Trial(fit.law, fit.forward), fit.fixed
     factor, prior = fit.forward.factor, fit.forward.prior
-    rough = with_law(factor.healthy, factor.lines, factor.lines.of(fit.change), fit.roughness, prior)
+    moved = trial.known(fit.sizes, fixed, fit.change)
+    rough = with_law(factor.healthy, factor.lines, moved, fit.roughness, prior)
     found = trial.nearest(fit.sizes, fixed, fit.slopes, rough)
-    if not np.isfinite(found.chi_square):
+    if not np.isfinite(found.chi_square) or np.array_equal(found.x, fit.sizes):
         return fit
     residual = trial.gap - trial.moved(found.x, fixed)
     again = trial.judged(fit.effect, replace(found, chi_square=factor.healthy.chi_square(residual)), fixed)
@@ -308,6 +309,12 @@ class _Trial:
             moved = np.full_like(self.gap, np.nan) if gone else self.forward.factor.lines.of(change)
             self._computed[asked] = change, moved
         return self._computed[asked]
+
+    def known(self, x: Column, fixed: Mapping[str, float], change: Column) -> Column:
+        """(l,) lines of what it is known already to change with these numbers, (n,)."""
+        moved = self.forward.factor.lines.of(change)
+        self._computed[*x, *fixed.items()] = change, moved
+        return moved
 
     def moved(self, x: Column, fixed: Mapping[str, float]) -> Column:
         """(l,) the lines alone."""
