@@ -57,7 +57,7 @@ def stiffness(p1: Values, p2: Values, y: Values, state: Values, params: Sequence
         against = 1.0 + params[17] * (compliance - 1.0)
         counts = 1.0 / max(1.0 + against * (params[16] + params[18] * state[STATE_SIZE] / 60.0), 0.1)
         state[STATE_SIZE] += dt_s
-        weight = params[3] * math.sin((y[i] + params[4]) * radian)
+        weight = params[3] * math.sin((y[i] + params[4]) * radian) if params[3] != 0.0 else 0.0
         pulled_to = equilibrium_angle(y[i], state, params, dt_s) + weight
         held = pulled_to + params[17] * (1.0 - counts) * (state[STATE_SIZE + 1] - pulled_to)
         y[i] = balanced_angle(held, counts, counts, state, params, dt_s)
