@@ -50,14 +50,15 @@ def subject_of(records: Sequence[Record]) -> str:
 
 
 def _pairs(records: Sequence[Record], name: str, cause: str) -> Iterator[tuple[Record, Column, Column]]:
-    """The records that tell of a column and of its cause, with both (n,)."""
+    """The records that tell of a column and of its cause, with both (n,): in one that is shorter than two of the
+    latenesses that are weighed, what is early may be the rest of a period late, and no half of it shows that."""
     for record in records:
         if "dp_mpa" in (name, cause) and not record.has_pressures:
             continue
         column, drive = getattr(record, name), getattr(record, cause)
         if column is None or min(np.isfinite(column).sum(), np.isfinite(drive).sum()) < LEAST_ROWS:
             continue
-        if 2.0 * LONGEST_LAG_S < record.t_s[-1] - record.t_s[0] <= MOST_ROWS * FOLLOWED_S:
+        if 2.0 * LONGEST_LATE_S < record.t_s[-1] - record.t_s[0] <= MOST_ROWS * FOLLOWED_S:
             yield record, column, drive
 
 

@@ -69,6 +69,13 @@ def test_a_velocity_leads_its_position_and_is_not_early() -> None:
         assert before_command(ahead) == ""
 
 
+@pytest.mark.parametrize("periods", [1, 2, 3])
+def test_a_few_periods_of_a_friction_force_are_not_early(periods: int) -> None:
+    """It leads the displacement by a sixth of a period, as a real damper's does with play before it."""
+    one = sine(0.5, angle_s=-0.31).rows(T_S <= 2.0 * periods + 0.01)
+    assert before_command([one, one]) == ""
+
+
 def test_a_rig_that_turns_the_other_way_is_not_early() -> None:
     assert (
         before_command([replace(one, angle_deg=-one.angle_deg) for one in session() if one.angle_deg is not None]) == ""
