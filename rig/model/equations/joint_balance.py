@@ -171,21 +171,21 @@ def balanced_angle(
     radian, ticks_per_s = math.pi / 180.0, 1.0 / dt_s
     lost = 2.0 * LEAST_DAMPING * math.sqrt(compliance) * max(params[2], 0.0)
     viscous = max(friction * params[6] + compliance * params[1], lost) * ticks_per_s
-    inertia = max(friction * params[7] * params[7] + compliance * params[2] * abs(params[2]), 0.0) * ticks_per_s
-    moving = 1.0 + viscous + 2.0 * inertia * ticks_per_s
+    inertia = max(friction * params[7] * params[7] + compliance * params[2] * abs(params[2]), 0.0)
+    moving = 1.0 + viscous + 2.0 * inertia * ticks_per_s * ticks_per_s
     gives = params[15] if params[0] > 0.0 else PRESLIDING_DEG
     dry = compliance * max(params[0], 0.0) / gives
     load = compliance * params[3]
     slip = friction * kept_slip(params, compliance)
-    old, rate = state[3], state[4]
-    coasting = 3.0 * rate - state[NEW_BEFORE]
+    old, rate, earlier = state[3], state[4], state[NEW_BEFORE]
     new = old + rate * dt_s
     below, above = -math.inf, math.inf
     for _ in range(MOST_STEPS):
         step = new - old
         on_its_line(step, state, NEW, params)
         moved, added = state[NEW + TRAVELLED] + step, state[DRY] + step
-        miss = new + viscous * step + inertia * (2.0 * step * ticks_per_s - coasting) - equilibrium
+        miss = new - equilibrium + viscous * step
+        miss += inertia * acceleration(step * ticks_per_s, rate, earlier, ticks_per_s)
         miss += slip * (state[NEW + FORCE] + state[NEW + STIFFNESS] * moved)
         slope = moving + slip * state[NEW + STIFFNESS]
         if dry > 0.0:
